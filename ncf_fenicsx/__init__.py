@@ -1,0 +1,18 @@
+"""Implicit finite elements for the compaction and wrinkling of dry non-crimp fabric under rigid tools."""
+
+import ncf_fenicsx.laws
+import ncf_fenicsx.tools
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_errors import SceneError
+
+__version__ = "0.1.0"
+__all__ = ["Scene", "SceneError", "run"]
+
+
+def __getattr__(name: str) -> object:
+    """Load ``run`` with DOLFINx behind it only when it is asked for: reading a scene needs neither."""
+    if name == "run":
+        from ncf_fenicsx.run import run
+
+        return run
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

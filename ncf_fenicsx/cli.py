@@ -1,0 +1,93 @@
+"""Command line: ``ncf-fenicsx run``, ``check`` and ``keys``."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import ncf_fenicsx
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_errors import SceneError
+
+BAD_INPUT, STOPPED, DONE = 2, 1, 0
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="Scene file.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace a value, as stack.layers=2. Repeatable.")
+]
+
+
+@app.callback(invoke_without_command=True)
+def _root(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    """Compaction and wrinkling of dry non-crimp fabric under rigid tools."""
+    if version:
+        print(ncf_fenicsx.__version__)
+        raise typer.Exit
+
+
+@app.command("run")
+def run_command(
+    file: SceneFile,
+    out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME unless given.")] = None,
+    overrides: Overrides = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace results that the folder holds.")] = False,
+) -> None:
+    """Run a scene. Exit code 0: done; 1: stopped early, last good state saved; 2: bad input, nothing written."""
+    scene = Scene.read(file, overrides or ())
+    from ncf_fenicsx.run import run
+
+    result = run(scene, out or Path("results") / file.stem, overwrite=overwrite)
+    say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
+    raise typer.Exit(DONE if result.done else STOPPED)
+
+
+@app.command("check")
+def check_command(file: SceneFile, overrides: Overrides = None) -> None:
+    """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
+    scene = Scene.read(file, overrides or ())
+    from ncf_fenicsx.preview import preview
+
+    say(scene.to_toml() + "\n" + preview(scene))
+
+
+@app.command("keys")
+def keys_command() -> None:
+    """List every key of a scene file with its unit, default and meaning."""
+    from ncf_fenicsx.reference import reference
+
+    say(reference())
+
+
+def say(text: str) -> None:
+    """Print on rank 0."""
+    from mpi4py import MPI
+
+    if MPI.COMM_WORLD.rank == 0:
+        print(text, flush=True)
+
+
+def main() -> None:
+    """Entry point; every user's mistake is one line and exit code 2, and a rank that fails ends all ranks."""
+    try:
+        app()
+    except SceneError as error:
+        complain(str(error))
+        sys.exit(BAD_INPUT)
+    except Exception:
+        traceback.print_exc()
+        from mpi4py import MPI
+
+        MPI.COMM_WORLD.Abort(STOPPED)
+
+
+def complain(message: str) -> None:
+    """Print one line on standard error, on rank 0."""
+    from mpi4py import MPI
+
+    if MPI.COMM_WORLD.rank == 0:
+        print("ncf-fenicsx: " + " ".join(message.split()), file=sys.stderr, flush=True)

@@ -1,0 +1,199 @@
+"""Stacks of hexahedra as plain arrays: extrusion, faces, checks, columns. No DOLFINx here.
+
+Vertices of a cell are numbered as in DOLFINx, x fastest, then y, then z: (0,0,0), (1,0,0), (0,1,0), (1,1,0), (0,0,1)...
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.scene_errors import SceneError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+FACES = np.array([[0, 1, 2, 3], [0, 1, 4, 5], [0, 2, 4, 6], [1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]])
+NO_TAG = 0
+TAGS = {"bottom": 1, "top": 2, "x_min": 3, "x_max": 4, "y_min": 5, "y_max": 6, "sides": 7, "lower": 8, "upper": 9}
+"""Numbers of facet tags; ``lower`` and ``upper`` are the two faces that meet between layers, the others are outside."""
+
+
+@dataclass(frozen=True)
+class Hexahedra:
+    """A stack of layers.
+
+    Attributes:
+        points: coordinates in m, shape (points, 3).
+        cells: vertices, shape (cells, 8).
+        layer: number of each cell's layer, 0 at the bottom, shape (cells,).
+        face_tags: tag of each cell's six faces, ``NO_TAG`` inside a layer, shape (cells, 6).
+    """
+
+    points: Floats
+    cells: Integers
+    layer: Integers
+    face_tags: Integers
+
+    @property
+    def face_vertices(self) -> Integers:
+        """Sorted vertices of every face, shape (6 cells, 4)."""
+        return np.sort(self.cells[:, FACES].reshape(-1, 4), axis=1)
+
+    @property
+    def face_centres(self) -> Floats:
+        """Centres of every face in m, shape (6 cells, 3)."""
+        return self.points[self.cells[:, FACES].reshape(-1, 4)].mean(axis=1)
+
+
+def graded(divisions: int, length: float, focus: float, grading: float) -> Floats:
+    """Coordinates of ``divisions`` intervals on [0, length], refined towards ``focus``.
+
+    On each side of the focus the distance from it is D ((1 - g) s + g s^2), with s uniform on [0, 1].
+    """
+    focus = min(max(focus, 0.0), length)
+    before = round(divisions * focus / length)
+    if divisions > 1 and 0 < focus < length:
+        before = min(max(before, 1), divisions - 1)
+    start = focus if before else 0.0
+    left = start - start * _spread(before, grading)[::-1]
+    anchor = start if before < divisions else length
+    right = anchor + (length - anchor) * _spread(divisions - before, grading)
+    return np.concatenate([left[:-1], right]) if before else right
+
+
+def _spread(divisions: int, grading: float) -> Floats:
+    s = np.linspace(0.0, 1.0, divisions + 1)
+    return (1 - grading) * s + grading * s**2
+
+
+def extrude(x: Floats, y: Floats, heights: list[Floats]) -> Hexahedra:
+    """Layers of hexahedra over a grid, each layer with nodes of its own.
+
+    Args:
+        x: grid coordinates in m.
+        y: grid coordinates in m.
+        heights: coordinates in m through each layer, from the bottom up.
+    """
+    parts = [_extrude_layer(x, y, z, number, len(heights)) for number, z in enumerate(heights)]
+    offsets = np.cumsum([0] + [len(part.points) for part in parts[:-1]])
+    return Hexahedra(
+        points=np.concatenate([part.points for part in parts]),
+        cells=np.concatenate([part.cells + offset for part, offset in zip(parts, offsets, strict=True)]),
+        layer=np.concatenate([part.layer for part in parts]),
+        face_tags=np.concatenate([part.face_tags for part in parts]),
+    )
+
+
+def _extrude_layer(x: Floats, y: Floats, z: Floats, number: int, layers: int) -> Hexahedra:
+    shape = (len(z), len(y), len(x))
+    Z, Y, X = np.meshgrid(z, y, x, indexing="ij")
+    node = np.arange(X.size).reshape(shape)
+    corners = [node[k : k + shape[0] - 1, j : j + shape[1] - 1, i : i + shape[2] - 1] for k, j, i in np.ndindex(2, 2, 2)]
+    tags = np.zeros((shape[0] - 1, shape[1] - 1, shape[2] - 1, 6), dtype=np.int64)
+    tags[:, :, 0, 2], tags[:, :, -1, 3] = TAGS["x_min"], TAGS["x_max"]
+    tags[:, 0, :, 1], tags[:, -1, :, 4] = TAGS["y_min"], TAGS["y_max"]
+    tags[0, :, :, 0] = TAGS["bottom"] if number == 0 else NO_TAG
+    tags[-1, :, :, 5] = TAGS["top"] if number == layers - 1 else NO_TAG
+    cells = np.stack([corner.ravel() for corner in corners], axis=1)
+    points = np.stack([X.ravel(), Y.ravel(), Z.ravel()], axis=1)
+    return Hexahedra(points, cells, np.full(len(cells), number), tags.reshape(-1, 6))
+
+
+def split_layers(stack: Hexahedra) -> Hexahedra:
+    """The stack with nodes that belong to one layer each."""
+    key = stack.layer[:, None] * len(stack.points) + stack.cells
+    unique, cells = np.unique(key, return_inverse=True)
+    points = stack.points[unique % len(stack.points)]
+    return Hexahedra(points, cells.reshape(-1, 8), stack.layer, stack.face_tags)
+
+
+def bond_layers(stack: Hexahedra) -> Hexahedra:
+    """The stack with coincident nodes made one."""
+    number = coincidence(stack.points, stack.points)
+    _, first, new = np.unique(number, return_index=True, return_inverse=True)
+    return Hexahedra(stack.points[first], new[stack.cells], stack.layer, stack.face_tags)
+
+
+def coincidence(points: Floats, extent: Floats) -> Integers:
+    """A number for every point, the same for points closer than 1e-7 of the extent of a cloud, shape (points,)."""
+    from scipy.spatial import cKDTree
+
+    tolerance = 1e-7 * float(np.ptp(extent, axis=0).max())
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    number = np.arange(len(points))
+    for low, high in pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))] if len(pairs) else ():
+        number[high] = min(number[high], number[low])
+    return number
+
+
+def mark_interfaces(stack: Hexahedra) -> Hexahedra:
+    """The stack with the faces tagged where one layer lies on the next.
+
+    Raises:
+        SceneError: an outside face has no tag.
+    """
+    once = _appear_once(stack.face_vertices).reshape(-1, 6)
+    tags = stack.face_tags.copy()
+    open_faces = np.flatnonzero((once & (tags == NO_TAG)).ravel())
+    centres = stack.face_centres[open_faces]
+    number = coincidence(centres, stack.points) if len(centres) else np.zeros(0, dtype=np.int64)
+    layer = np.repeat(stack.layer, 6)[open_faces]
+    _, group, size = np.unique(number, return_inverse=True, return_counts=True)
+    lonely = np.flatnonzero(size[group] != 2)
+    if len(lonely):
+        raise SceneError(f"mesh: the facet at {_place(centres[lonely[0]])} has no tag; expected bottom, top or a side")
+    order = np.lexsort((layer, group))
+    flat = tags.ravel()
+    flat[open_faces[order[0::2]]], flat[open_faces[order[1::2]]] = TAGS["lower"], TAGS["upper"]
+    return Hexahedra(stack.points, stack.cells, stack.layer, flat.reshape(-1, 6))
+
+
+def check_cells(stack: Hexahedra) -> None:
+    """Raise a SceneError that names the first inverted or degenerate cell: J <= 0 at a corner, per length cubed."""
+    corners = stack.points[stack.cells]
+    size = np.ptp(corners, axis=1).max(axis=1)
+    for corner in range(8):
+        along = [corners[:, corner ^ bit] - corners[:, corner] for bit in (1, 2, 4)]
+        sign = (-1.0) ** bin(corner).count("1")
+        volume = sign * np.einsum("ij,ij->i", np.cross(along[0], along[1]), along[2])
+        thinnest = np.min([np.linalg.norm(edge, axis=1) for edge in along], axis=0)
+        bad = np.flatnonzero(volume <= 1e-6 * size**2 * thinnest)
+        if len(bad):
+            what = "inverted" if volume[bad[0]] < 0 else "degenerate"
+            where = _place(corners[bad[0]].mean(axis=0))
+            raise SceneError(f"mesh: cell {bad[0]} at {where} is {what}; expected hexahedra with positive volume")
+
+
+def columns(stack: Hexahedra, parts: int) -> Integers:
+    """Part of each cell: whole columns of cells over each other, about equally many cells in each part."""
+    centres = stack.points[stack.cells].mean(axis=1)
+    flat = centres * [1.0, 1.0, 0.0]
+    _, column = np.unique(np.round(flat[:, :2] / (1e-7 * np.ptp(stack.points, axis=0).max())), axis=0, return_inverse=True)
+    part = np.zeros(len(centres), dtype=np.int64)
+    _bisect(flat[:, :2], column.ravel(), np.arange(len(centres)), 0, parts, part)
+    return part
+
+
+def _bisect(places: Floats, column: Integers, members: Integers, first: int, parts: int, part: Integers) -> None:
+    if parts == 1:
+        part[members] = first
+        return
+    axis = int(np.argmax(np.ptp(places[members], axis=0)))
+    order = members[np.lexsort((column[members], places[members, axis]))]
+    cut = len(order) * (parts // 2) // parts
+    while 0 < cut < len(order) and column[order[cut]] == column[order[cut - 1]]:
+        cut += 1
+    _bisect(places, column, order[:cut], first, parts // 2, part)
+    _bisect(places, column, order[cut:], first + parts // 2, parts - parts // 2, part)
+
+
+def _appear_once(rows: Integers) -> NDArray[np.bool_]:
+    _, group, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    return count[group.ravel()] == 1
+
+
+def _place(point: Floats) -> str:
+    return "(" + ", ".join(f"{1e3 * value:.4g}" for value in point) + ") mm"

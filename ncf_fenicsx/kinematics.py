@@ -1,0 +1,81 @@
+"""Every strain and stretch of a thin layer, once, in pure UFL.
+
+The layer's fibres lie in the reference plane (1, 2); direction 3 is its thickness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import ufl
+
+Expression = Any  # UFL ships no types
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Strains of a displacement field.
+
+    Args:
+        deformation_gradient: F, shape (3, 3).
+        initial_volume_fraction: fibre volume fraction Vf0 of the undeformed layer.
+    """
+
+    deformation_gradient: Expression
+    initial_volume_fraction: Expression
+
+    @cached_property
+    def right_cauchy_green(self) -> Expression:
+        """C = F^T F, shape (3, 3)."""
+        F = self.deformation_gradient
+        return F.T * F
+
+    @cached_property
+    def in_plane_cauchy_green(self) -> Expression:
+        """C_s, the 2x2 block of C in the plane of the fibres."""
+        return in_plane(self.right_cauchy_green)
+
+    @cached_property
+    def transverse_shear(self) -> Expression:
+        """(C_13, C_23): twice the Green-Lagrange shear strains between fibres and thickness."""
+        C = self.right_cauchy_green
+        return ufl.as_vector([C[0, 2], C[1, 2]])
+
+    @cached_property
+    def area_vector(self) -> Expression:
+        """cof(F) N with N = (0, 0, 1): current normal of the layer times its area stretch J_s."""
+        F = self.deformation_gradient
+        return ufl.cross(F[:, 0], F[:, 1])
+
+    @cached_property
+    def area_stretch(self) -> Expression:
+        """J_s = sqrt(det C_s)."""
+        return ufl.sqrt(ufl.dot(self.area_vector, self.area_vector))
+
+    @cached_property
+    def thickness_stretch(self) -> Expression:
+        """lambda_3 = J / J_s = n . F N: distance of the layer's faces over its reference thickness."""
+        return ufl.dot(self.area_vector, self.deformation_gradient[:, 2]) / self.area_stretch
+
+    @cached_property
+    def volume_fraction(self) -> Expression:
+        """Vf = Vf0 / lambda_3 (paper, Eq. 5, with eps = -ln lambda_3)."""
+        return self.initial_volume_fraction / self.thickness_stretch
+
+
+def deformation_gradient(displacement: Expression) -> Expression:
+    """F = I + grad u."""
+    return ufl.Identity(3) + ufl.grad(displacement)
+
+
+def in_plane(tensor: Expression) -> Expression:
+    """The 2x2 block of a tensor in the plane of the fibres."""
+    return ufl.as_matrix([[tensor[0, 0], tensor[0, 1]], [tensor[1, 0], tensor[1, 1]]])
+
+
+def linearised_cauchy_green(F: Expression, F_start: Expression) -> Expression:
+    """C of ``F_start`` plus its first-order change towards ``F``; equal to F^T F - (F - F_start)^T (F - F_start)."""
+    change = F - F_start
+    return F.T * F - change.T * change

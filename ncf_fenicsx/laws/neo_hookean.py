@@ -1,0 +1,36 @@
+"""In-plane neo-Hookean elasticity of the fibres, in the in-plane invariants only."""
+
+from __future__ import annotations
+
+import ufl
+from pydantic import Field
+
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.contracts import InPlaneLaw
+from ncf_fenicsx.units import PositiveStress
+
+
+class NeoHookean(InPlaneLaw):
+    """W = mu/2 (tr C_s - 2 - 2 ln J_s) + lambda/2 (ln J_s)^2, so S_s = mu (I - C_s^-1) + lambda ln J_s C_s^-1.
+
+    The paper's Eq. 1 uses the three-dimensional J, so that compaction across the thickness strains the fibres; here
+    only the stretch of the fibres' plane does. mu and lambda are those of plane stress: a strip pulled in its
+    plane has Young's modulus ``modulus`` and Poisson's ratio ``poisson``.
+    """
+
+    kind = "neo_hookean"
+    modulus: PositiveStress = Field("242 GPa", validate_default=True, description="Young's modulus of the fibres")
+    poisson: float = Field(0.2, gt=-1, lt=1, description="Poisson's ratio in the plane (not in the paper)")
+
+    def stress(self, in_plane_cauchy_green: Expression) -> Expression:
+        """S_s in Pa, shape (2, 2)."""
+        mu = self.modulus / (2 * (1 + self.poisson))
+        lame = self.modulus * self.poisson / (1 - self.poisson**2)
+        inverse = ufl.inv(in_plane_cauchy_green)
+        log_area_stretch = ufl.ln(ufl.det(in_plane_cauchy_green)) / 2
+        return mu * ufl.Identity(2) + (lame * log_area_stretch - mu) * inverse
+
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus in Pa."""
+        return self.modulus

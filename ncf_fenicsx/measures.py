@@ -1,0 +1,119 @@
+"""What is measured of an accepted state: forces, fibre volume fractions, penetration, gaps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ncf_fenicsx import compat
+from ncf_fenicsx.interface import face_nodes
+from ncf_fenicsx.problem import Problem
+
+Floats = NDArray[np.float64]
+
+COLUMNS = {
+    "time": ("s", "time at the end of the step"),
+    "time_step": ("s", "size of the step"),
+    "tool_displacement": ("m", "how far the tool has moved down"),
+    "tool_force": ("N", "upward force of the fabric on the tool, of the whole, mirror images included"),
+    "support_force": ("N", "upward force of the supports on the fabric, of the whole"),
+    "weight": ("N", "weight of the fabric, of the whole; support_force = tool_force + weight"),
+    "vf_min": ("1", "smallest fibre volume fraction, by cell"),
+    "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
+    "vf_max": ("1", "largest fibre volume fraction, by cell"),
+    "penetration_max": ("m", "deepest penetration of a node into the tool"),
+    "gap_max": ("m", "widest opening between two layers"),
+    "newton_iterations": ("1", "Newton iterations of the step"),
+    "step_cuts": ("1", "attempts at the step that failed before"),
+    "wall_time": ("s", "time since the start of the program's run"),
+}
+"""Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``."""
+
+
+class Measures:
+    """Evaluates a problem's committed state.
+
+    Args:
+        problem: what is measured.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        scene, mesh = problem.scene, problem.mesh
+        self.copies = scene.stack.sides.copies
+        cells = fem.functionspace(mesh, ("DG", 0))
+        indicator = ufl.TestFunction(cells)
+        kinematics = problem.laws.kinematics(problem.displacement)
+        integrals = {
+            "volume": indicator,
+            "volume_fraction": problem.states["volume_fraction"] * indicator,
+            "stress_33": problem.laws.normal_stress(kinematics) * indicator,
+        }
+        self._forms = {name: compat.compile_form(integral * problem.dx) for name, integral in integrals.items()}
+        self._volume = self._integrals("volume")
+        self._work = {
+            name: compat.compile_form(problem.terms[name]) for name in ("tool", "gravity") if name in problem.terms
+        }
+        self._top = np.zeros(0, dtype=np.int32)
+        if scene.tool is not None:
+            self._heights = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)))
+            points = compat.interpolation_points(self._heights.function_space.element)
+            self._tool_gap = compat.compile_expression(problem.tool_gap, points)
+            self._top = face_nodes(self._heights.function_space, problem.stack.facets("top"))
+
+    def row(self, residual: Floats) -> dict[str, float]:
+        """Measured columns of the history at the committed state.
+
+        Args:
+            residual: out-of-balance forces in N of the owned dofs, reactions included.
+        """
+        comm, vf = self.problem.comm, self.cell_means("volume_fraction")
+        gap = float(self.problem.interface_gap.max(initial=0.0))
+        support = float(residual[self.problem.supports.vertical_dofs].sum())
+        row = {
+            "tool_force": self.copies * self.vertical_force("tool"),
+            "support_force": self.copies * comm.allreduce(support),
+            "weight": self.copies * self.vertical_force("gravity"),
+            "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
+            "vf_mean": self._mean(vf, np.full(len(vf), True)),
+            "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
+        }
+        for number in range(self.problem.scene.stack.layers):
+            row[f"vf_mean_layer_{number + 1}"] = self._mean(vf, self.problem.stack.layer == number)
+        row["penetration_max"] = comm.allreduce(float((-self.tool_gap()).max(initial=0.0)), MPI.MAX)
+        row["gap_max"] = comm.allreduce(gap, MPI.MAX)
+        return row
+
+    def vertical_force(self, term: str) -> float:
+        """Sum of the nodal forces along z of a residual term in N, of the modelled part; 0 without such a term."""
+        if term not in self._work:
+            return 0.0
+        vector = fem.assemble_vector(self._work[term])
+        vector.scatter_reverse(la.InsertMode.add)
+        owned = 3 * self.problem.space.dofmap.index_map.size_local
+        return float(self.problem.comm.allreduce(vector.array[2:owned:3].sum()))
+
+    def tool_gap(self) -> Floats:
+        """Signed distance of this rank's top nodes from the tool in m; empty without a tool."""
+        if self.problem.scene.tool is None:
+            return np.zeros(0)
+        self._heights.interpolate(self._tool_gap)
+        return self._heights.x.array[self._top]
+
+    def cell_means(self, name: str) -> Floats:
+        """Mean over each of this rank's cells of ``volume_fraction`` (1) or ``stress_33`` (Pa)."""
+        return self._integrals(name) / self._volume
+
+    def _integrals(self, name: str) -> Floats:
+        values: Any = fem.assemble_vector(self._forms[name]).array
+        return values[: len(self.problem.stack.layer)].copy()
+
+    def _mean(self, values: Floats, cells: NDArray[np.bool_]) -> float:
+        volume = self._volume[cells]
+        total, weighted = self.problem.comm.allreduce(np.array([volume.sum(), values[cells] @ volume]))
+        return float(weighted / total)

@@ -1,0 +1,111 @@
+"""Scene to distributed, tagged mesh: an extruded stack, or a gmsh file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+
+from ncf_fenicsx import compat, hexahedra
+from ncf_fenicsx.gmsh_file import read_gmsh
+from ncf_fenicsx.hexahedra import TAGS, Hexahedra, Integers
+from ncf_fenicsx.parallel import on_root
+from ncf_fenicsx.scene import Scene, Stack
+from ncf_fenicsx.scene_errors import SceneError
+
+
+@dataclass(frozen=True)
+class StackMesh:
+    """A distributed stack of layers.
+
+    Attributes:
+        mesh: DOLFINx mesh; whole columns of cells stand on one rank, and there are no ghost cells.
+        layer: layer of each local cell, 0 at the bottom.
+        facet_tags: DOLFINx tags of the facets, numbered as in ``TAGS``.
+        interface_nodes: number of node pairs between layers over all ranks.
+        top: height of the undeformed stack's top in m.
+    """
+
+    mesh: Any
+    layer: Integers
+    facet_tags: Any
+    interface_nodes: int
+    top: float
+
+    def facets(self, name: str) -> Integers:
+        """Local facets with a tag."""
+        return self.facet_tags.find(TAGS[name])
+
+
+def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
+    """Mesh of a scene's stack on all ranks.
+
+    Raises:
+        SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell.
+    """
+    separate = scene.interface.kind != "bonded"
+    stack = on_root(comm, lambda: stack_of(scene, separate))
+    parts = hexahedra.columns(stack, comm.size) if comm.rank == 0 else np.zeros(0, dtype=np.int64)
+    held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
+    mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts)
+    origin = mesh.topology.original_cell_index
+    return StackMesh(
+        mesh=mesh,
+        layer=stack.layer[origin],
+        facet_tags=_facet_tags(mesh, stack.face_tags[origin]),
+        interface_nodes=_interface_nodes(stack),
+        top=float(stack.points[:, 2].max()),
+    )
+
+
+def stack_of(scene: Scene, separate: bool) -> Hexahedra:
+    """The checked stack of a scene as plain arrays, its layers with nodes of their own or bonded."""
+    if scene.stack.mesh is None:
+        stack = _extruded(scene)
+    else:
+        stack = read_gmsh(Path(scene.stack.mesh), scene.stack.layers)
+    hexahedra.check_cells(stack)
+    _check_sides(scene.stack, stack)
+    stack = hexahedra.split_layers(stack) if separate else hexahedra.bond_layers(stack)
+    return hexahedra.mark_interfaces(stack)
+
+
+def _extruded(scene: Scene) -> Hexahedra:
+    stack = scene.stack
+    focus = stack.focus or (scene.tool.position if scene.tool is not None else (0.0, 0.0))  # type: ignore[attr-defined]
+    x, y = (
+        hexahedra.graded(stack.divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)
+    )
+    heights = [
+        stack.thickness * np.linspace(number, number + 1, elements + 1)
+        for number, elements in enumerate(stack.elements_through)
+    ]
+    return hexahedra.extrude(x, y, heights)
+
+
+def _check_sides(settings: Stack, stack: Hexahedra) -> None:
+    held = [name for name, side in settings.sides if side != "free"]
+    for name in ["bottom", "top", *held]:
+        if not np.any(stack.face_tags == TAGS[name]):
+            raise SceneError(f"mesh: no facets named {name!r}; expected them, the scene holds or presses that face")
+
+
+def _facet_tags(mesh: Any, face_tags: Integers) -> Any:
+    topology = mesh.topology
+    topology.create_connectivity(3, 2)
+    topology.create_connectivity(2, 3)
+    facets = topology.connectivity(3, 2).array.reshape(-1, 6)[: len(face_tags)]
+    tagged = face_tags != hexahedra.NO_TAG
+    entities, first = np.unique(facets[tagged], return_index=True)
+    values = face_tags[tagged][first].astype(np.int32)
+    return dolfinx.mesh.meshtags(mesh, 2, entities.astype(np.int32), values)
+
+
+def _interface_nodes(stack: Hexahedra) -> int:
+    """Number of distinct nodes on the lower layers' faces at all interfaces."""
+    cell, face = np.nonzero(stack.face_tags == TAGS["lower"])
+    return len(np.unique(stack.cells[cell[:, None], hexahedra.FACES[face]]))

@@ -1,0 +1,104 @@
+"""Files of a run: history, fields, the resolved scene and the record of the run. Rank 0 writes, once."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.gmsh_file import VTK_TO_TENSOR
+from ncf_fenicsx.measures import Measures
+from ncf_fenicsx.parallel import gather_rows, on_root
+from ncf_fenicsx.problem import Problem
+from ncf_fenicsx.scene_errors import SceneError
+
+
+def prepare_folder(folder: Path, overwrite: bool) -> None:
+    """Make the folder for results.
+
+    Raises:
+        SceneError: it holds results already and may not be overwritten, or cannot be written to.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise SceneError(f"{folder}: is a file; expected a folder for the results")
+    if folder.exists() and any(folder.iterdir()) and not overwrite:
+        raise SceneError(f"{folder}: holds results already; name another folder with --out, or allow --overwrite")
+    try:
+        (folder / "fields").mkdir(parents=True, exist_ok=True)
+        for old in (folder / "fields").glob("*.vtu"):
+            old.unlink()
+    except OSError as error:
+        raise SceneError(f"{folder}: {error.strerror}; expected a folder that can be written to") from error
+
+
+class Results:
+    """The results folder of a run; every call is collective.
+
+    Args:
+        folder: where to write.
+        problem: whose fields are written.
+        measures: cell means of the problem.
+    """
+
+    def __init__(self, folder: Path, problem: Problem, measures: Measures) -> None:
+        self.folder, self.problem, self.measures, self.comm = folder, problem, measures, problem.comm
+        self.snapshots: list[tuple[float, str]] = []
+        self._header: list[str] = []
+        space = problem.space
+        to_global = space.dofmap.index_map.local_to_global
+        cells = space.dofmap.list[: len(problem.stack.layer)]
+        self._owned = space.dofmap.index_map.size_local
+        self._points = gather_rows(self.comm, space.tabulate_dof_coordinates()[: self._owned])
+        self._cells = gather_rows(self.comm, to_global(cells.ravel()).reshape(-1, 8))
+        self._layer = gather_rows(self.comm, problem.stack.layer)
+
+    def text(self, name: str, content: str) -> None:
+        """Write a text file."""
+        on_root(self.comm, lambda: (self.folder / name).write_text(content, encoding="utf-8"))
+
+    def record(self, record: dict[str, Any]) -> None:
+        """Write ``run.json``."""
+        self.text("run.json", json.dumps(record, indent=2) + "\n")
+
+    def append(self, row: dict[str, float]) -> None:
+        """Add a row to ``history.csv``; it is on the disk when this returns."""
+        on_root(self.comm, lambda: self._append(row))
+
+    def _append(self, row: dict[str, float]) -> None:
+        mode = "a" if self._header else "w"
+        with (self.folder / "history.csv").open(mode, newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, self._header or list(row))
+            if not self._header:
+                self._header = list(row)
+                writer.writeheader()
+            writer.writerow(row)
+
+    def fields(self, time: float) -> None:
+        """Write the committed fields for ParaView: one file, and the collection that lists all of them."""
+        displacement = self.problem.displacement.x.array.reshape(-1, 3)[: self._owned]
+        point_data = gather_rows(self.comm, displacement)
+        cell_data = {name: gather_rows(self.comm, self.measures.cell_means(name)) for name in CELL_FIELDS}
+        on_root(self.comm, lambda: self._write_fields(time, point_data, cell_data))
+
+    def _write_fields(
+        self, time: float, displacement: NDArray[np.float64] | None, cells: dict[str, NDArray[np.float64] | None]
+    ) -> None:
+        assert self._points is not None
+        assert self._cells is not None
+        name = f"fields/{len(self.snapshots):04d}.vtu"
+        vtk = self._cells[:, VTK_TO_TENSOR]  # its own inverse
+        data = {key: [value] for key, value in cells.items()} | {"layer": [self._layer + 1]}
+        mesh = meshio.Mesh(self._points, [("hexahedron", vtk)], {"displacement": displacement}, data)
+        mesh.write(self.folder / name)
+        self.snapshots.append((time, name))
+        entries = "".join(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>\n' for time, name in self.snapshots)
+        head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
+        (self.folder / "fields.pvd").write_text(f"{head}{entries}</Collection>\n</VTKFile>\n", encoding="utf-8")
+
+
+CELL_FIELDS = ("volume_fraction", "stress_33")

@@ -1,0 +1,104 @@
+"""Tables of a scene, and its parts chosen by name: every law and every tool is a `Part` in a file of its own.
+
+A part registers itself under its family and name when its class is defined, so a new law or tool is one new file (or
+one class in a script or a test), and nothing else has to know of it.
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+class Settings(BaseModel):
+    """Frozen table of a scene: unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_unknown_key(cls, data: Any) -> Any:
+        unknown = [key for key in data if key not in cls.model_fields] if isinstance(data, dict) else []
+        if unknown:
+            advice = nearest(unknown[0], list(cls.model_fields))
+            raise PydanticCustomError(
+                "unknown_key", "unknown key; {advice}", {"key": unknown[0], "value": data[unknown[0]], "advice": advice}
+            )
+        return data
+
+
+class Part(Settings):
+    """A law or a tool, with its parameters as fields."""
+
+    family: ClassVar[str]
+    kind: ClassVar[str]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "kind" in cls.__dict__:
+            _parts.setdefault(cls.family, {})[cls.kind] = cls
+
+    def with_symbols(self, symbol: Any) -> Self:
+        """Copy whose numbers are what ``symbol(value)`` makes of them.
+
+        The compiled forms then hold the parameters as named constants: a new value needs no new compilation.
+        """
+        numbers = {name: symbol(value) for name, value in self if isinstance(value, float)}
+        return self.model_copy(update=numbers)
+
+
+_parts: dict[str, dict[str, type[Part]]] = {}
+
+
+def kinds(family: str) -> dict[str, type[Part]]:
+    """All parts of a family, by name."""
+    return dict(_parts.get(family, {}))
+
+
+def nearest(word: str, words: list[str]) -> str:
+    """Advice on a misspelt word: the one meant, or all there are."""
+    close = difflib.get_close_matches(word, words, n=1)
+    return f"did you mean {close[0]!r}?" if close else "expected one of " + ", ".join(sorted(words))
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Pydantic annotation of a part: a table with ``kind = "name"`` and that part's keys beside it."""
+
+    family: str
+    default: str
+
+    def read(self, value: object) -> Part:
+        """The part that a table names.
+
+        Raises:
+            ValueError: not a table, or no such kind.
+        """
+        if isinstance(value, Part) and value.family == self.family:
+            return value
+        if not isinstance(value, dict):
+            raise ValueError(f'expected a table with kind = "{self.default}" or another kind of {self.family}')
+        known = kinds(self.family)
+        kind = value.get("kind", self.default)
+        if kind not in known:
+            raise PydanticCustomError(
+                "unknown_kind",
+                "no such {family}; {advice}",
+                {"key": "kind", "value": kind, "family": self.family, "advice": nearest(str(kind), list(known))},
+            )
+        return known[kind].model_validate({key: item for key, item in value.items() if key != "kind"})
+
+    @staticmethod
+    def write(part: Part) -> dict[str, Any]:
+        """Table that `read` turns back into the same part."""
+        return {"kind": part.kind, **part.model_dump(exclude_none=False)}
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        del source, handler
+        return core_schema.no_info_plain_validator_function(
+            self.read, serialization=core_schema.plain_serializer_function_ser_schema(self.write)
+        )

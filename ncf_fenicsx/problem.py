@@ -1,0 +1,215 @@
+"""The scene as an equation: fields, named residual terms summed once, trial and committed state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from numpy.typing import NDArray
+
+from ncf_fenicsx import compat, motion
+from ncf_fenicsx.contact import AT_NODES, penalty_work
+from ncf_fenicsx.hexahedra import TAGS
+from ncf_fenicsx.interface import PairedContact, pair_nodes
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.mesh import StackMesh
+from ncf_fenicsx.scene import OneSided, Scene
+from ncf_fenicsx.supports import hold
+from ncf_fenicsx.weak_form import BoundLaws, extrapolated_membrane_tangent, internal_work
+
+Floats = NDArray[np.float64]
+
+QUADRATURE_DEGREE = 2
+PENALTY_VOLUME_FRACTION = 0.60
+"""Penalty factors refer to the compaction tangent at this Vf, where the paper's compaction data ends."""
+
+
+class Problem:
+    """Fields and forms of a scene on its mesh.
+
+    Only what the scene names is built: no contact form without a tool, no pairs in a bonded stack.
+
+    Attributes:
+        displacement: trial displacement in m, P1.
+        last_iterate: displacement of the Newton iterate before, for the extrapolated tangent.
+        terms: named terms of the residual; their sum is what is solved.
+        states: committed state fields at quadrature points, by name.
+        tip: constant that holds the place of the tool's tip in m.
+    """
+
+    def __init__(self, scene: Scene, stack: StackMesh) -> None:
+        self.scene, self.stack, self.mesh, self.comm = scene, stack, stack.mesh, stack.mesh.comm
+        self.length = scene.stack.thickness
+        self.space = fem.functionspace(self.mesh, ("Lagrange", 1, (3,)))
+        self.displacement, self.last_iterate = fem.Function(self.space), fem.Function(self.space)
+        self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
+        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
+        self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=stack.facet_tags)
+        self.speed, self.tip = self.constant(0.0), self.constant(np.zeros(3))
+        self.laws = self._bind_laws()
+        self.supports = hold(self.space, stack, scene.stack.sides)
+        self.terms = self._terms()
+        self.residual_form = compat.compile_form(sum(self.terms.values()))
+        self.tangent_form = compat.compile_form(self._tangent())
+        self._build_interfaces()
+        self._build_states()
+        self._committed = self.displacement.x.array.copy()
+        self._velocity = np.zeros_like(self._committed)
+        self._move_tool(0.0)
+
+    def constant(self, value: Any) -> Any:
+        """Named constant of the compiled forms."""
+        return fem.Constant(self.mesh, np.asarray(value, dtype=float))
+
+    # -- what is solved ------------------------------------------------------------------------------------------
+
+    def _bind_laws(self) -> BoundLaws:
+        laws = self.scene.laws
+        return BoundLaws(
+            in_plane=laws.in_plane.with_symbols(self.constant),
+            compaction=laws.compaction.with_symbols(self.constant),
+            shear=laws.shear.with_symbols(self.constant),
+            rate_factor=laws.rate.with_symbols(self.constant).factor(self.speed),
+            initial_volume_fraction=self.constant(self.scene.stack.initial_volume_fraction),
+        )
+
+    def _terms(self) -> dict[str, ufl.Form]:
+        scene, u, v = self.scene, self.displacement, self.variation
+        terms = {"internal": internal_work(self.laws, u, v, self.dx)}
+        if scene.gravity:
+            weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
+            terms["gravity"] = self.constant(weight) * v[2] * self.dx
+        if scene.tool is not None:
+            penalty = self.constant(scene.tool.penalty.resolve(self.natural_stiffness))
+            terms["tool"] = penalty_work(self.tool_gap, penalty, u, v, self.ds(TAGS["top"]))
+        return terms
+
+    def _tangent(self) -> ufl.Form:
+        u, v, du = self.displacement, self.variation, self.increment
+        tangent = ufl.derivative(sum(self.terms.values()), u, du)
+        if self.scene.solver.tangent == "extrapolated":
+            tangent += extrapolated_membrane_tangent(self.laws, u, self.last_iterate, v, du, self.dx)
+        return tangent
+
+    @property
+    def tool_gap(self) -> Expression:
+        """Signed distance of current points from the tool in m."""
+        assert self.scene.tool is not None
+        tool = self.scene.tool.with_symbols(self.constant)
+        return tool.signed_distance(ufl.SpatialCoordinate(self.mesh) + self.displacement - self.tip)
+
+    @property
+    def force_floor(self) -> float:
+        """Norm of the forces in N that round-off in the fibres' stress leaves unbalanced."""
+        comm = self.comm
+        cells = comm.allreduce(len(self.stack.layer))
+        volume = comm.allreduce(float(fem.assemble_scalar(fem.form(self.constant(1.0) * self.dx))))
+        face = (volume / cells) ** (2 / 3)
+        return float(np.finfo(float).eps * self.scene.laws.in_plane.stiffness * face * np.sqrt(cells))
+
+    @property
+    def natural_stiffness(self) -> float:
+        """Compaction tangent over thickness in Pa/m at `PENALTY_VOLUME_FRACTION` and the tool's highest speed."""
+        scene = self.scene
+        tangent = scene.laws.compaction.tangent(PENALTY_VOLUME_FRACTION, scene.stack.initial_volume_fraction)
+        fastest = max((segment.speed or 0.0 for segment in scene.path), default=0.0)
+        return float(tangent * scene.laws.rate.factor(fastest) / scene.stack.thickness)
+
+    def _build_states(self) -> None:
+        cell = self.mesh.basix_cell()
+        element = basix.ufl.quadrature_element(cell, degree=QUADRATURE_DEGREE)
+        space = fem.functionspace(self.mesh, element)
+        points = compat.interpolation_points(space.element)
+        kinematics = self.laws.kinematics(self.displacement)
+        self._state_expressions = {"volume_fraction": compat.compile_expression(kinematics.volume_fraction, points)}
+        self._cells = np.arange(len(self.stack.layer), dtype=np.int32)
+        self.states = {"volume_fraction": fem.Function(space, name="volume_fraction")}
+        self.states["volume_fraction"].x.array[:] = self.scene.stack.initial_volume_fraction
+
+    # -- layers on layers ----------------------------------------------------------------------------------------
+
+    def _build_interfaces(self) -> None:
+        """Pair the facing nodes of separate layers; a bonded stack has none."""
+        self.contact: PairedContact | None = None
+        self.coupled_nodes = np.zeros((0, 2), dtype=np.int32)
+        interface = self.scene.interface
+        if not isinstance(interface, OneSided) or self.scene.stack.layers == 1:
+            return
+        self.coupled_nodes = pair_nodes(self.space, self.stack)
+        lower, upper = self.coupled_nodes.T
+        x = self.space.tabulate_dof_coordinates()
+        penalty = interface.penalty.resolve(self.natural_stiffness)
+        self.contact = PairedContact(self.coupled_nodes, x[upper] - x[lower], penalty, interface.stitching)
+        normal = self.laws.kinematics(self.displacement).area_vector
+        face = self.ds(TAGS["lower"], metadata=AT_NODES)
+        self._area_form = compat.compile_form(ufl.inner(normal, self.variation) * face)
+        self._pair_area = np.linalg.norm(self._area_vectors(), axis=1)
+        self._update_normals()
+
+    def _area_vectors(self) -> Floats:
+        """Current normal times area of each pair's lower node in m2, shape (pairs, 3)."""
+        vector = fem.assemble_vector(self._area_form)
+        vector.scatter_reverse(la.InsertMode.add)
+        vector.scatter_forward()
+        return vector.array.reshape(-1, 3)[self.coupled_nodes[:, 0]]
+
+    def _update_normals(self) -> None:
+        area = self._area_vectors()
+        self._pair_normal = area / np.linalg.norm(area, axis=1)[:, None]
+
+    @property
+    def interface_gap(self) -> Floats:
+        """Opening of this rank's node pairs in m."""
+        if self.contact is None:
+            return np.zeros(0)
+        return self.contact.gap(self.displacement.x.array.reshape(-1, 3), self._pair_normal)
+
+    def coupling_residual(self) -> Floats:
+        """Forces of the pairs in N, shape (pairs, 2, 3)."""
+        assert self.contact is not None
+        return self.contact.residual(self.displacement.x.array.reshape(-1, 3), self._pair_normal, self._pair_area)
+
+    def coupling_tangent(self) -> Floats:
+        """Stiffness of the pairs in N/m, shape (pairs, 6, 6)."""
+        assert self.contact is not None
+        return self.contact.tangent(self.displacement.x.array.reshape(-1, 3), self._pair_normal, self._pair_area)
+
+    # -- trial and committed state -------------------------------------------------------------------------------
+
+    def begin(self, time: float, size: float) -> None:
+        """Put the tool where it is after a step from ``time`` by ``size`` (s), and predict the displacement."""
+        self.last_iterate.x.array[:] = self._committed
+        self.displacement.x.array[:] = self._committed + size * self._velocity
+        self._move_tool(time + size)
+
+    def defect(self) -> str | None:
+        """Why the trial state is impossible, in words; None if it is possible."""
+        trial = self._state_expressions["volume_fraction"].eval(self.mesh, self._cells)
+        wrong = self.comm.allreduce(int(np.count_nonzero((trial <= 0) | (trial >= 1))))
+        return f"fibre volume fraction outside (0, 1) at {wrong} points: elements inverted" if wrong else None
+
+    def commit(self, size: float) -> None:
+        """Accept the trial state at the end of a step of ``size`` (s)."""
+        trial = self.displacement.x.array
+        self._velocity = (trial - self._committed) / size if size else np.zeros_like(trial)
+        self._committed = trial.copy()
+        for name, field in self.states.items():
+            field.interpolate(self._state_expressions[name])
+        if self.contact is not None:
+            self._update_normals()
+
+    def rollback(self, time: float) -> None:
+        """Return to the committed state at ``time`` (s), bit for bit."""
+        self.displacement.x.array[:] = self._committed
+        self._move_tool(time)
+
+    def _move_tool(self, time: float) -> None:
+        tool = self.scene.tool
+        if tool is None:
+            return
+        start = np.array([*tool.position, self.stack.top + tool.clearance])
+        self.tip.value[:] = start + motion.displacement(tool.path, time)
+        self.speed.value = motion.speed(tool.path, time)

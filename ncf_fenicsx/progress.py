@@ -1,0 +1,49 @@
+"""What a run shows while it goes: a bar on a terminal, one line a step elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+
+
+class Progress:
+    """Progress towards the end of a path.
+
+    Args:
+        duration: time at the end in s.
+        visible: whether this rank shows anything.
+    """
+
+    def __init__(self, duration: float, visible: bool) -> None:
+        self.duration, self.visible = duration, visible
+        self.bar: Bar | None = None
+        if visible and sys.stdout.isatty():
+            columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+            self.bar = Bar(*columns, console=Console())
+            self._task = self.bar.add_task("first solve, compiling forms", total=duration)
+
+    def __enter__(self) -> Self:
+        if self.bar is not None:
+            self.bar.start()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        del kind, error, trace
+        if self.bar is not None:
+            self.bar.stop()
+
+    def show(self, row: dict[str, float]) -> None:
+        """Show an accepted step."""
+        text = (
+            f"time {row['time']:8.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
+            f"  force {row['tool_force']:10.4g} N  Vf max {row['vf_max']:.4f}"
+        )
+        if self.bar is not None:
+            self.bar.update(self._task, completed=row["time"], description=text)
+        elif self.visible:
+            print(text, flush=True)

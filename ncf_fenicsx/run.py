@@ -1,0 +1,193 @@
+"""A scene from start to end: the only place that wires the rooms."""
+
+from __future__ import annotations
+
+import platform
+import resource
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import dolfinx
+import numpy as np
+from mpi4py import MPI
+
+import ncf_fenicsx
+from ncf_fenicsx import motion, solver
+from ncf_fenicsx.measures import COLUMNS, Measures
+from ncf_fenicsx.mesh import build_mesh
+from ncf_fenicsx.outputs import Results, prepare_folder
+from ncf_fenicsx.parallel import on_root
+from ncf_fenicsx.problem import Problem
+from ncf_fenicsx.progress import Progress
+from ncf_fenicsx.report import draw_summary
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.solver import Newton, Outcome
+from ncf_fenicsx.stepping import Ending, March, StepControl, march
+from ncf_fenicsx.timing import Phases
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a run ended.
+
+    Attributes:
+        done: whether the end of the path was reached.
+        reason: in words, why the run ended.
+        folder: where its results are.
+        history: rows of ``history.csv``.
+    """
+
+    done: bool
+    reason: str
+    folder: Path
+    history: list[dict[str, float]]
+
+
+def run(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WORLD, overwrite: bool = False) -> Result:
+    """Run a scene on all ranks of ``comm`` and write its results.
+
+    Args:
+        scene: the case.
+        folder: for results; made if it does not exist.
+        comm: ranks that share the work.
+        overwrite: whether results in the folder may be replaced.
+
+    Raises:
+        SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
+    """
+    return Simulation(scene, Path(folder), comm, overwrite).run()
+
+
+class Simulation:
+    """One run: its problem, solver, files and clock."""
+
+    def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool) -> None:
+        self.scene, self.comm, self.phases = scene, comm, Phases()
+        self.milestones = path_milestones(scene)
+        with self.phases("mesh"):
+            stack = build_mesh(scene, comm)
+        on_root(comm, lambda: prepare_folder(folder, overwrite))
+        with self.phases("forms"):
+            self.problem = Problem(scene, stack)
+            self.measures = Measures(self.problem)
+            self.newton = Newton(self.problem, scene.solver, self.phases)
+        self.results = Results(folder, self.problem, self.measures)
+        self.results.text("scene.toml", scene.to_toml())
+        self.progress = Progress(self.milestones[-1], comm.rank == 0)
+        self.history: list[dict[str, float]] = []
+        self.iterations = 0
+        self._cuts_before = 0
+
+    def run(self) -> Result:
+        """March through the path, then close all files."""
+        with self.progress:
+            settled = self.attempt(0.0, 0.0)
+            if settled.converged:
+                self.accept(March(), 0.0, settled)
+                ended = march(step_control(self.scene), self.milestones, self.attempt, self.accept)
+            else:
+                ended = March().stop(f"the stack does not come to rest under its own weight: {settled.reason}")
+        self.finish(ended)
+        return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
+
+    def attempt(self, time: float, size: float) -> Outcome:
+        """Try a step; one that fails leaves no trace."""
+        self.problem.begin(time, size)
+        outcome = self.newton.solve()
+        self.iterations += outcome.iterations
+        defect = self.problem.defect() if outcome.converged else None
+        if defect is not None:
+            outcome = Outcome(False, outcome.iterations, defect)
+        if not outcome.converged:
+            self.problem.rollback(time)
+        return outcome
+
+    def accept(self, progress: March, size: float, outcome: solver.Outcome) -> None:
+        """Commit a step, measure it and write it down."""
+        with self.phases("output"):
+            residual = self.newton.evaluate_residual()
+            self.problem.commit(size)
+            row = self._row(progress, size, outcome, residual)
+            self.history.append(row)
+            self.results.append(row)
+            last = progress.time == self.milestones[-1]
+            if progress.steps % self.scene.output.fields_every == 0 or last:
+                self.results.fields(progress.time)
+        self.progress.show(row)
+
+    def finish(self, ended: March) -> None:
+        """Write the last good state, the record of the run and the picture."""
+        written = [time for time, _ in self.results.snapshots]
+        with self.phases("output"):
+            if self.history and self.comm.bcast(not written or written[-1] != ended.time):
+                self.results.fields(ended.time)
+            if self.scene.output.picture and self.history:
+                on_root(self.comm, lambda: draw_summary(self.results.folder))
+        memory = self.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+        self.results.record(self._record(ended, memory))
+
+    def _row(self, progress: March, size: float, outcome: Outcome, residual: np.ndarray) -> dict[str, float]:
+        values = self.measures.row(residual) | {
+            "time": progress.time,
+            "time_step": size,
+            "tool_displacement": -motion.displacement(self.scene.path, progress.time)[2],
+            "newton_iterations": outcome.iterations,
+            "step_cuts": progress.cuts - self._cuts_before,
+            "wall_time": self.phases.total,
+        }
+        self._cuts_before = progress.cuts
+        layers = sorted((name for name in values if name not in COLUMNS), key=lambda name: int(name.rsplit("_", 1)[1]))
+        before = list(COLUMNS)[: list(COLUMNS).index("vf_max") + 1]
+        order = [*before, *layers, *list(COLUMNS)[len(before) :]]
+        return {name: values[name] for name in order}
+
+    def _record(self, ended: March, memory: float) -> dict[str, Any]:
+        return {
+            "title": self.scene.title,
+            "ending": ended.ending.value,
+            "reason": ended.reason,
+            "time": ended.time,
+            "steps": ended.steps,
+            "step_cuts": ended.cuts,
+            "newton_iterations": self.iterations,
+            "unknowns": 3 * self.problem.space.dofmap.index_map.size_global,
+            "cells": self.problem.mesh.topology.index_map(3).size_global,
+            "ranks": self.comm.size,
+            "seconds": {name: round(value, 3) for name, value in sorted(self.phases.seconds.items())},
+            "seconds_total": round(self.phases.total, 3),
+            "peak_memory_mb": round(memory, 1),
+            "versions": versions(),
+            "machine": f"{platform.node()}, {platform.machine()}",
+        }
+
+
+def path_milestones(scene: Scene) -> list[float]:
+    """Times in s that the steps of a scene land on."""
+    return motion.milestones(scene.path) if scene.tool is not None else [float(scene.duration or 0.0)]
+
+
+def step_control(scene: Scene) -> StepControl:
+    """Step control of a scene, sizes that it does not name taken from its duration."""
+    settings, duration = scene.solver, path_milestones(scene)[-1]
+    first = settings.first_step or duration / 30
+    return StepControl(
+        first=first,
+        smallest=settings.smallest_step or first / 1e4,
+        largest=settings.largest_step or duration / 8,
+        growth=settings.growth,
+        cut=settings.cut,
+        target_iterations=settings.target_iterations,
+        max_steps=settings.max_steps,
+    )
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computed a result."""
+    return {
+        "ncf_fenicsx": ncf_fenicsx.__version__,
+        "dolfinx": dolfinx.__version__,
+        "petsc": solver.petsc_version(),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }

@@ -1,0 +1,215 @@
+"""One nonlinear solve by Newton's method: the only room that knows PETSc."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from dolfinx.fem import petsc as fem_petsc
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from ncf_fenicsx import compat
+from ncf_fenicsx.scene import Solver as Settings
+from ncf_fenicsx.supports import Supports
+from ncf_fenicsx.timing import Phases
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+ADD, INSERT = PETSc.InsertMode.ADD, PETSc.InsertMode.INSERT
+FORWARD, REVERSE = PETSc.ScatterMode.FORWARD, PETSc.ScatterMode.REVERSE
+
+
+class System(Protocol):
+    """What is solved: compiled forms, constraints, and couplings of nodes beside the forms.
+
+    Attributes:
+        displacement: unknown field, three components a node.
+        last_iterate: field that the tangent reads the previous iterate from.
+        residual_form: compiled linear form.
+        tangent_form: compiled bilinear form.
+        supports: homogeneous Dirichlet conditions; the reactions of their vertical dofs measure the load.
+        length: length in m that increments are measured against.
+        force_floor: forces in N that round-off leaves unbalanced.
+        coupled_nodes: pairs of local nodes that couple, shape (pairs, 2).
+    """
+
+    displacement: Any
+    last_iterate: Any
+    residual_form: Any
+    tangent_form: Any
+    supports: Supports
+    length: float
+    force_floor: float
+    coupled_nodes: Integers
+
+    def coupling_residual(self) -> Floats:
+        """Residual of the pairs in N, shape (pairs, 2, 3)."""
+
+    def coupling_tangent(self) -> Floats:
+        """Tangent of the pairs in N/m, shape (pairs, 6, 6)."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a solve ended.
+
+    Attributes:
+        converged: whether the solution holds.
+        iterations: Newton iterations.
+        reason: in words, why it ended.
+        residual: norm of the out-of-balance forces in N.
+    """
+
+    converged: bool
+    iterations: int
+    reason: str
+    residual: float = np.nan
+
+
+REASONS = {
+    PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "Newton's method did not converge",
+    PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
+    PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed on a singular tangent",
+    PETSc.SNES.ConvergedReason.DIVERGED_DTOL: "the residual diverged",
+}
+
+
+class Newton:
+    """SNES with full steps, a cap on the nodal increment, and MUMPS.
+
+    The residual norm is no merit function here: fibres a million times stiffer than the fabric across its thickness
+    rule it, and a line search on it stalls. So steps are full, scaled back only where a node would move more than
+    ``increment_cap`` lengths.
+
+    Args:
+        system: what is solved.
+        settings: tolerances and limits.
+        phases: clock that assembly and linear solution are booked on.
+    """
+
+    def __init__(self, system: System, settings: Settings, phases: Phases) -> None:
+        self.system, self.settings, self.phases = system, settings, phases
+        self.comm = system.displacement.function_space.mesh.comm
+        self.matrix = self._matrix()
+        self.vector = fem_petsc.create_vector(system.residual_form)
+        self.unknown = self.vector.duplicate()
+        self.load = 0.0
+        self.floor = system.force_floor
+        self.snes = self._snes()
+
+    def solve(self) -> Outcome:
+        """Solve from the system's present displacement, which is a solution only if the outcome converged."""
+        system = self.system
+        self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
+        with self.phases("solve"):
+            try:
+                self.snes.solve(None, self.unknown)
+            except PETSc.Error as error:
+                return Outcome(False, self.snes.getIterationNumber(), f"PETSc error {error.ierr}")
+        self._take(self.unknown)
+        reason = self.snes.getConvergedReason()
+        words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
+        return Outcome(reason > 0, self.snes.getIterationNumber(), words, self.snes.getFunctionNorm())
+
+    def evaluate_residual(self) -> Floats:
+        """Out-of-balance forces in N of all owned dofs at the present displacement, reactions included."""
+        return self._assemble_residual(self.vector).array_r.copy()
+
+    def _matrix(self) -> Any:
+        pattern = compat.sparsity_pattern(self.system.tangent_form)
+        for pair in self.system.coupled_nodes:
+            pattern.insert(pair, pair)
+        pattern.finalize()
+        matrix = compat.create_matrix(self.comm, pattern)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        return matrix
+
+    def _snes(self) -> Any:
+        snes = PETSc.SNES().create(self.comm)
+        snes.setOptionsPrefix("ncf_")
+        PETSc.Options()["ncf_snes_linesearch_type"] = "basic"
+        snes.setType("newtonls")
+        snes.setFunction(self._residual, self.vector)
+        snes.setJacobian(self._tangent, self.matrix)
+        snes.setConvergenceTest(self._test)
+        snes.setLineSearchPreCheck(self._cap)
+        snes.setTolerances(max_it=self.settings.max_iterations)
+        snes.getKSP().setType("preonly")
+        snes.getKSP().getPC().setType("cholesky")
+        snes.getKSP().getPC().setFactorSolverType("mumps")
+        snes.setFromOptions()
+        return snes
+
+    def _take(self, x: Any) -> None:
+        x.ghostUpdate(INSERT, FORWARD)
+        with x.localForm() as local:
+            self.system.displacement.x.array[:] = local.array_r
+
+    def _assemble_residual(self, b: Any) -> Any:
+        system = self.system
+        with b.localForm() as local:
+            local.set(0.0)
+        fem_petsc.assemble_vector(b, system.residual_form)
+        if len(system.coupled_nodes):
+            with b.localForm() as local:
+                blocks = local.array.reshape(-1, 3)
+                np.add.at(blocks, system.coupled_nodes, system.coupling_residual())
+        b.ghostUpdate(ADD, REVERSE)
+        return b
+
+    def _residual(self, snes: Any, x: Any, b: Any) -> None:
+        del snes
+        with self.phases("assembly"):
+            self._take(x)
+            self._assemble_residual(b)
+            owned = self.system.supports.dofs[self.system.supports.dofs < b.getLocalSize()]
+            self.load = self.comm.allreduce(float(np.abs(b.array_r[self.system.supports.vertical_dofs]).sum()))
+            b.array[owned] = x.array_r[owned]
+
+    def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
+        del snes, P
+        system = self.system
+        with self.phases("assembly"):
+            self._take(x)
+            A.zeroEntries()
+            fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
+            if self.comm.allreduce(len(system.coupled_nodes)):
+                A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+                self._add_couplings(A)
+            A.assemble()
+            system.last_iterate.x.array[:] = system.displacement.x.array
+
+    def _add_couplings(self, A: Any) -> None:
+        pairs = self.system.coupled_nodes
+        if not len(pairs):
+            return
+        dofs = (3 * pairs[:, :, None] + np.arange(3)).reshape(-1, 6)
+        free = ~np.isin(dofs, self.system.supports.dofs)
+        blocks = self.system.coupling_tangent() * (free[:, :, None] & free[:, None, :])
+        A.setValuesBlockedLocalRCV(pairs, pairs, blocks, ADD)
+
+    def _cap(self, x: Any, step: Any) -> None:
+        del x
+        largest = step.norm(PETSc.NormType.NORM_INFINITY)
+        cap = self.settings.increment_cap * self.system.length
+        if largest > cap:
+            step.scale(cap / largest)
+
+    def _test(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
+        reasons = PETSc.SNES.ConvergedReason
+        residual = norms[2]
+        if not np.isfinite(residual):
+            return reasons.DIVERGED_FNORM_NAN
+        balanced = residual <= max(self.settings.force_tolerance * self.load, self.floor)
+        if iteration and balanced:
+            increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
+            if increment <= self.settings.increment_tolerance * self.system.length:
+                return reasons.CONVERGED_FNORM_ABS
+        return reasons.DIVERGED_MAX_IT if iteration >= self.settings.max_iterations else reasons.ITERATING
+
+
+def petsc_version() -> str:
+    """Version of PETSc."""
+    return ".".join(str(number) for number in PETSc.Sys.getVersion())

@@ -1,0 +1,131 @@
+"""Step control: try, accept, cut. Pure: it knows neither meshes nor solvers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+
+class Attempt(Protocol):
+    """What trying a step tells."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether the step holds."""
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations it took."""
+
+    @property
+    def reason(self) -> str:
+        """In words, why it holds or not."""
+
+
+class Ending(Enum):
+    """How a march ended."""
+
+    DONE = "done"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True)
+class StepControl:
+    """Sizes of time steps.
+
+    Attributes:
+        first: first step in s.
+        smallest: step in s below which a march stops.
+        largest: largest step in s.
+        growth: factor after a step that took fewer iterations than the target.
+        cut: factor on a step that failed.
+        target_iterations: iterations, up to half as many more, that keep the size.
+        max_steps: accepted steps at which a march stops.
+    """
+
+    first: float
+    smallest: float
+    largest: float
+    growth: float
+    cut: float
+    target_iterations: int
+    max_steps: int
+
+    def next_size(self, size: float, iterations: int) -> float:
+        """Size (s) after a step that took some iterations.
+
+        The size follows bands of iterations, not their exact number, so that round-off (another number of ranks)
+        does not change the times of a history.
+        """
+        if iterations < self.target_iterations:
+            return min(size * self.growth, self.largest)
+        if 2 * iterations <= 3 * self.target_iterations:
+            return size
+        return size * self.target_iterations / iterations
+
+    @staticmethod
+    def fit(size: float, remaining: float) -> float:
+        """Step near ``size``, never above it, of which equal ones fill the last three before a milestone."""
+        return remaining / max(math.ceil(remaining / size - 1e-9), 1) if remaining < 3 * size else size
+
+
+@dataclass
+class March:
+    """Progress of a march through time.
+
+    Attributes:
+        time: time reached in s.
+        steps: accepted steps.
+        cuts: steps cut so far.
+        ending: how it ended.
+        reason: in words.
+    """
+
+    time: float = 0.0
+    steps: int = 0
+    cuts: int = 0
+    ending: Ending = Ending.DONE
+    reason: str = "end of the path reached"
+
+    def stop(self, reason: str) -> March:
+        """End the march before its time."""
+        self.ending, self.reason = Ending.STOPPED, reason
+        return self
+
+
+def march(
+    control: StepControl,
+    milestones: list[float],
+    attempt: Callable[[float, float], Attempt],
+    accept: Callable[[March, float, Attempt], None],
+) -> March:
+    """Step from time 0 through all milestones.
+
+    Args:
+        control: sizes of steps.
+        milestones: times in s, ascending, that steps land on.
+        attempt: tries the step from a time by a size (s), and leaves no trace if it fails.
+        accept: told the march at its new time, the size of the step (s) and its attempt.
+    """
+    progress, size = March(), control.first
+    for milestone in milestones:
+        while progress.time < milestone:
+            if progress.steps >= control.max_steps:
+                return progress.stop(f"max_steps = {control.max_steps} reached")
+            remaining = milestone - progress.time
+            step = control.fit(size, remaining)
+            outcome = attempt(progress.time, step)
+            if outcome.converged:
+                progress.time = milestone if step == remaining else progress.time + step
+                progress.steps += 1
+                accept(progress, step, outcome)
+                size = control.next_size(max(step, size) if step == remaining else step, outcome.iterations)
+                continue
+            progress.cuts += 1
+            size = control.cut * step
+            if size < control.smallest:
+                return progress.stop(f"{outcome.reason}, even with the smallest time step ({step:.3g} s)")
+    return progress

@@ -1,0 +1,35 @@
+"""Cylinder lying along y, of finite or infinite width: the roller."""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+from pydantic import Field
+
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.contracts import Tool
+from ncf_fenicsx.units import PositiveLength, WidthOrInfinite
+
+
+class Cylinder(Tool):
+    """Rigid cylinder with axis y and sharp ends at ``width / 2`` on both sides of its position."""
+
+    kind = "cylinder"
+    radius: PositiveLength = Field("2.5 mm", validate_default=True, description="radius of the rolling surface")
+    width: WidthOrInfinite = Field("30 mm", validate_default=True, description='length along y, or "infinite"')
+
+    def signed_distance(self, point: Expression) -> Expression:
+        """Exact signed distance in m, from the rolling surface and, outside the width, from the end's edge."""
+        height = point[2] - self.radius
+        radial = ufl.sqrt(point[0] ** 2 + height**2) - self.radius
+        if self.width is None:
+            return radial
+        axial = abs(point[1]) - self.width / 2
+        outside = ufl.sqrt(ufl.max_value(radial, 0) ** 2 + ufl.max_value(axial, 0) ** 2)
+        return ufl.conditional(ufl.lt(axial, 0), ufl.conditional(ufl.gt(radial, axial), radial, axial), outside)
+
+    def section(self) -> NDArray[np.float64]:
+        """Circle, in m, shape (points, 2)."""
+        angle = np.linspace(-np.pi, np.pi, 181)
+        return self.radius * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
