@@ -39,7 +39,7 @@ def run_command(
 ) -> None:
     """Run a scene. Exit code 0: done; 1: stopped early, last good state saved; 2: bad input, nothing written."""
     scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.run import run
+    from ncf_fenicsx.simulation import run
 
     result = run(scene, out or Path("results") / file.stem, overwrite=overwrite)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
@@ -51,8 +51,9 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.preview import preview
+    from ncf_fenicsx.simulation import path_milestones, step_control
 
-    say(scene.to_toml() + "\n" + preview(scene))
+    say(scene.to_toml() + "\n" + preview(scene, step_control(scene), path_milestones(scene)[-1]))
 
 
 @app.command("keys")

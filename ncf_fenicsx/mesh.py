@@ -14,7 +14,7 @@ from ncf_fenicsx import compat, hexahedra
 from ncf_fenicsx.gmsh_file import read_gmsh
 from ncf_fenicsx.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.parallel import on_root
-from ncf_fenicsx.scene import Scene, Stack
+from ncf_fenicsx.scene import Bonded, Scene, Stack
 from ncf_fenicsx.scene_errors import SceneError
 
 
@@ -47,8 +47,7 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
     Raises:
         SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell.
     """
-    separate = scene.interface.kind != "bonded"
-    stack = on_root(comm, lambda: stack_of(scene, separate))
+    stack = on_root(comm, lambda: stack_of(scene))
     parts = hexahedra.columns(stack, comm.size) if comm.rank == 0 else np.zeros(0, dtype=np.int64)
     held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
     mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts)
@@ -62,21 +61,21 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
     )
 
 
-def stack_of(scene: Scene, separate: bool) -> Hexahedra:
-    """The checked stack of a scene as plain arrays, its layers with nodes of their own or bonded."""
+def stack_of(scene: Scene) -> Hexahedra:
+    """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
     if scene.stack.mesh is None:
         stack = _extruded(scene)
     else:
         stack = read_gmsh(Path(scene.stack.mesh), scene.stack.layers)
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
-    stack = hexahedra.split_layers(stack) if separate else hexahedra.bond_layers(stack)
-    return hexahedra.mark_interfaces(stack)
+    bonded = isinstance(scene.interface, Bonded)
+    return hexahedra.mark_interfaces(hexahedra.bond_layers(stack) if bonded else hexahedra.split_layers(stack))
 
 
 def _extruded(scene: Scene) -> Hexahedra:
     stack = scene.stack
-    focus = stack.focus or (scene.tool.position if scene.tool is not None else (0.0, 0.0))  # type: ignore[attr-defined]
+    focus = stack.focus or (scene.tool.position if scene.tool is not None else (0.0, 0.0))
     x, y = (
         hexahedra.graded(stack.divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)
     )

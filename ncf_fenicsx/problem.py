@@ -141,8 +141,10 @@ class Problem:
         self.coupled_nodes = pair_nodes(self.space, self.stack)
         lower, upper = self.coupled_nodes.T
         x = self.space.tabulate_dof_coordinates()
+        distance = x[upper] - x[lower]
+        distance[np.abs(distance) < 1e-6 * self.length] = 0.0  # round-off must not decide which pairs touch
         penalty = interface.penalty.resolve(self.natural_stiffness)
-        self.contact = PairedContact(self.coupled_nodes, x[upper] - x[lower], penalty, interface.stitching)
+        self.contact = PairedContact(self.coupled_nodes, distance, penalty, interface.stitching)
         normal = self.laws.kinematics(self.displacement).area_vector
         face = self.ds(TAGS["lower"], metadata=AT_NODES)
         self._area_form = compat.compile_form(ufl.inner(normal, self.variation) * face)

@@ -11,10 +11,6 @@ class SceneError(ValueError):
     """A scene that cannot be run; its message names the key, the value and what was expected."""
 
 
-class SceneWarning(UserWarning):
-    """A scene that runs but is likely not what was meant."""
-
-
 def one_line(error: ValidationError) -> str:
     """First error of a validation as ``key = value: what was expected``, with the number of the others."""
     errors = error.errors(include_url=False)

@@ -76,6 +76,9 @@ REASONS = {
 }
 
 
+FLOOR_INCREMENT = 1e-3
+
+
 class Newton:
     """SNES with full steps, a cap on the nodal increment, and MUMPS.
 
@@ -202,12 +205,20 @@ class Newton:
         residual = norms[2]
         if not np.isfinite(residual):
             return reasons.DIVERGED_FNORM_NAN
-        balanced = residual <= max(self.settings.force_tolerance * self.load, self.floor)
-        if iteration and balanced:
-            increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
-            if increment <= self.settings.increment_tolerance * self.system.length:
-                return reasons.CONVERGED_FNORM_ABS
+        if iteration and self._small(residual, snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)):
+            return reasons.CONVERGED_FNORM_ABS
         return reasons.DIVERGED_MAX_IT if iteration >= self.settings.max_iterations else reasons.ITERATING
+
+    def _small(self, residual: float, increment: float) -> bool:
+        """Whether forces balance and the last increment (m) is small.
+
+        Where round-off alone is above the force tolerance, the increment has to be smaller by as much as it takes for
+        the next one, with quadratic convergence, to vanish in round-off too.
+        """
+        allowed = self.settings.increment_tolerance * self.system.length
+        if residual <= self.settings.force_tolerance * self.load:
+            return increment <= allowed
+        return residual <= self.floor and increment <= FLOOR_INCREMENT * allowed
 
 
 def petsc_version() -> str:

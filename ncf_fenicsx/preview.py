@@ -1,0 +1,46 @@
+"""What a scene will build, before it is run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ncf_fenicsx import hexahedra
+from ncf_fenicsx.mesh import stack_of
+from ncf_fenicsx.scene import OneSided, Scene
+from ncf_fenicsx.stepping import StepControl
+
+MEMORY_OF_PROGRAM = 0.23
+MEMORY_PER_UNKNOWN = 9.0e-6
+"""GB, measured with ``ncf-fenicsx run`` and MUMPS LDL^T (peak_memory_mb of run.json): see the README, "Memory"."""
+
+
+def preview(scene: Scene, control: StepControl, duration: float) -> str:
+    """Lines on what will be built: mesh, terms, unknowns, steps, memory.
+
+    Args:
+        scene: the case.
+        control: its step sizes.
+        duration: of its path in s.
+
+    Raises:
+        SceneError: its mesh is not valid.
+    """
+    stack = stack_of(scene)
+    unknowns = 3 * len(stack.points)
+    lower = np.count_nonzero(stack.face_tags == hexahedra.TAGS["lower"])
+    terms = ["in-plane, compaction and shear stress"]
+    if scene.gravity:
+        terms.append("weight")
+    if scene.tool is not None:
+        terms.append(f"contact with a {scene.tool.kind}")
+    if isinstance(scene.interface, OneSided) and lower:
+        terms.append(f"contact of layers on {lower} facing facets")
+    lines = [
+        f"mesh: {len(stack.cells)} hexahedra, {len(stack.points)} nodes, {scene.stack.layers} layers",
+        f"residual: {'; '.join(terms)}",
+        f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
+        f"unknowns: {unknowns}",
+        f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN * unknowns:.2g} GB",
+        f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,66 @@
+"""Every key of a scene file with its unit, default and meaning, from the scene's own definition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from ncf_fenicsx.motion import Segment
+from ncf_fenicsx.parts import Choice, Settings, kinds
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.units import PenaltyField, Quantity
+
+
+def reference() -> str:
+    """Markdown table of all keys."""
+    rows = ["| key | unit | default | meaning |", "|---|---|---|---|"]
+    rows += [f"| `{key}` | {unit} | {default} | {meaning} |" for key, unit, default, meaning in keys()]
+    return "\n".join(rows)
+
+
+def keys() -> Iterator[tuple[str, str, str, str]]:
+    """Key, unit, default and meaning of every field of a scene."""
+    yield from _keys_of(Scene, "")
+
+
+def _keys_of(table: type[Settings], prefix: str) -> Iterator[tuple[str, str, str, str]]:
+    for name, field in table.model_fields.items():
+        key, choice = prefix + name, _choice_of(field)
+        if choice is not None:
+            known = sorted(kinds(choice.family))
+            yield f"{key}.kind", "", f'"{choice.default}"', f"{field.description}: {', '.join(known)}"
+            for kind in known:
+                yield from _keys_of(kinds(choice.family)[kind], f"{key}({kind}).")
+        elif isinstance(field.annotation, type) and issubclass(field.annotation, Settings):
+            yield from _keys_of(field.annotation, key + ".")
+        elif name == "path":
+            yield from _keys_of(Segment, key + ".N.")
+        else:
+            yield key, _unit(field), _default(field), field.description or ""
+
+
+def _marks(field: FieldInfo) -> list[Any]:
+    """All annotations of a field, also those inside a tuple or an optional type."""
+    found, open_types = list(field.metadata), [field.annotation]
+    while open_types:
+        current = open_types.pop()
+        found += getattr(current, "__metadata__", ())
+        open_types += [item for item in getattr(current, "__args__", ()) if item is not Ellipsis]
+    return found
+
+
+def _choice_of(field: FieldInfo) -> Choice | None:
+    return next((mark for mark in _marks(field) if isinstance(mark, Choice)), None)
+
+
+def _unit(field: FieldInfo) -> str:
+    return next((mark.symbol for mark in _marks(field) if isinstance(mark, Quantity | PenaltyField)), "")
+
+
+def _default(field: FieldInfo) -> str:
+    default = field.get_default(call_default_factory=True)
+    if default is None:
+        return "none"
+    return str(list(default)).replace("'", '"') if isinstance(default, tuple) else str(default)

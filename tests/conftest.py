@@ -1,0 +1,46 @@
+"""What all tests share: ranks that meet after every test, and one temporary folder for all of them."""
+
+import gc
+from pathlib import Path
+
+import pytest
+from mpi4py import MPI
+
+COMM = MPI.COMM_WORLD
+
+
+def pytest_collection_modifyitems(items):
+    """Leave out tests for one rank where there are several."""
+    if COMM.size > 1:
+        for item in items:
+            if item.get_closest_marker("serial"):
+                item.add_marker(pytest.mark.skip(reason="for one rank"))
+
+
+@pytest.fixture(autouse=True)
+def _ranks_meet():
+    yield
+    gc.collect()
+    COMM.barrier()
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """A temporary folder, the same on all ranks."""
+    return COMM.bcast(tmp_path)
+
+
+@pytest.fixture
+def table():
+    """A small scene as a table: two layers of 6 x 2 elements under a long roller."""
+    return {
+        "stack": {
+            "layers": 2,
+            "size": ["12 mm", "6 mm"],
+            "divisions": [6, 2],
+            "grading": [0.0, 0.0],
+        },
+        "interface": {"kind": "one_sided", "stitching": "1e5 Pa/m"},
+        "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"}]},
+        "output": {"picture": False},
+    }

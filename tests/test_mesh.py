@@ -1,0 +1,163 @@
+"""Meshes: extruded, from gmsh, in parts, and what is wrong with them."""
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from ncf_fenicsx import Scene, SceneError, hexahedra, run
+from ncf_fenicsx.gmsh_file import read_gmsh
+from ncf_fenicsx.hexahedra import TAGS, Hexahedra
+from ncf_fenicsx.mesh import build_mesh, stack_of
+
+COMM = MPI.COMM_WORLD
+SMALL = Path(__file__).parents[1] / "meshes" / "small_stack.msh"
+
+
+def test_grading_follows_its_formula_on_both_sides_of_the_focus():
+    s = np.linspace(0, 1, 31)
+    assert hexahedra.graded(30, 0.03, 0.0, 0.8) == pytest.approx(0.03 * (0.2 * s + 0.8 * s**2))
+    both = hexahedra.graded(8, 1.0, 0.5, 0.8)
+    assert both == pytest.approx(1 - both[::-1])
+    assert both[4] == 0.5
+    assert np.all(np.diff(both) > 0)
+    assert hexahedra.graded(5, 2.0, 2.0, 0.5) == pytest.approx(2 - hexahedra.graded(5, 2.0, 0.0, 0.5)[::-1])
+    assert hexahedra.graded(1, 1.0, 0.5, 0.5) == pytest.approx([0, 1])
+
+
+@pytest.mark.parametrize("kind", ["one_sided", "bonded"])
+def test_volume_faces_and_pairs_of_an_extruded_stack(kind):
+    from dolfinx import fem
+    from ufl import Measure
+
+    table = {"tool": {}, "stack": {"divisions": [5, 4], "through": [1, 2, 1, 1]}, "interface": {"kind": kind}}
+    stack = build_mesh(Scene.from_table(table), COMM)
+    ds = Measure("ds", domain=stack.mesh, subdomain_data=stack.facet_tags)
+    one = fem.Constant(stack.mesh, 1.0)
+
+    def area(name):
+        return COMM.allreduce(fem.assemble_scalar(fem.form(one * ds(TAGS[name]))))
+
+    side, square = 0.076 * 0.008, 0.076**2
+    between = 3 * square if kind == "one_sided" else 0.0
+    expected = {"bottom": square, "top": square, "x_min": side, "x_max": side, "y_min": side, "y_max": side}
+    expected |= {"lower": between, "upper": between, "sides": 0.0}
+    for name, value in expected.items():
+        assert area(name) == pytest.approx(value, rel=1e-12), name
+    assert stack.interface_nodes == (3 * 6 * 5 if kind == "one_sided" else 0)
+    assert COMM.allreduce(np.bincount(stack.layer, minlength=4)) == pytest.approx([20, 40, 20, 20])
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3, 7])
+def test_parts_hold_whole_columns_of_about_equal_size(parts):
+    stack = stack_of(Scene.from_table({"tool": {}, "stack": {"divisions": [9, 7]}}))
+    part = hexahedra.columns(stack, parts)
+    centres = stack.points[stack.cells].mean(axis=1)
+    column = np.unique(np.round(centres[:, :2] * 1e7), axis=0, return_inverse=True)[1].ravel()
+    for number in range(column.max() + 1):
+        assert len(set(part[column == number])) == 1
+    sizes = np.bincount(part, minlength=parts)
+    assert sizes.min() > 0.7 * sizes.max()
+
+
+@pytest.mark.parametrize("kind", ["one_sided", "bonded"])
+def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(kind, folder):
+    table = {
+        "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"}]},
+        "interface": {"kind": kind},
+        "output": {"picture": False},
+    }
+    extruded = {"layers": 2, "size": ["12 mm", "6 mm"], "divisions": [6, 2], "grading": [0.0, 0.0]}
+    one = run(Scene.from_table(table | {"stack": extruded}), folder / "extruded").history
+    two = run(Scene.from_table(table | {"stack": {"layers": 2, "mesh": str(SMALL)}}), folder / "gmsh").history
+    assert len(one) == len(two) > 5
+    assert one[-1]["tool_force"] > 0
+    for first, second in zip(one, two, strict=True):
+        for name in set(first) - {"wall_time", "newton_iterations"}:
+            assert second[name] == pytest.approx(first[name], rel=1e-8, abs=1e-13), name
+
+
+def altered(path, change):
+    """Copy of the small gmsh mesh with one thing wrong, on rank 0; the same path on all."""
+    if COMM.rank == 0:
+        mesh = meshio.read(SMALL, file_format="gmsh")
+        change(mesh)
+        meshio.write(path, mesh, file_format="gmsh22", binary=False)
+    COMM.barrier()
+    return Scene.from_table({"tool": {}, "stack": {"layers": 2, "mesh": str(path)}})
+
+
+def _physical(mesh, shape):
+    return next(
+        data for block, data in zip(mesh.cells, mesh.cell_data["gmsh:physical"], strict=True) if block.type == shape
+    )
+
+
+def _name(mesh, name):
+    return mesh.field_data[name][0]
+
+
+def invert(mesh):
+    cells = next(block.data for block in mesh.cells if block.type == "hexahedron")
+    cells[3] = cells[3][[4, 5, 6, 7, 0, 1, 2, 3]]
+
+
+def flatten(mesh):
+    mesh.points[:, 2] *= np.where(mesh.points[:, 2] > 3e-3, 0.5, 1.0)
+
+
+def forget_a_facet(mesh):
+    for number, block in enumerate(mesh.cells):
+        if block.type == "quad":
+            mesh.cells[number].data = block.data[1:]
+            for data in mesh.cell_data.values():
+                data[number] = data[number][1:]
+            return
+
+
+def rename(old, new):
+    def change(mesh):
+        mesh.field_data[new] = mesh.field_data.pop(old)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (invert, "is inverted"),
+        (flatten, "is degenerate"),
+        (forget_a_facet, "has no tag"),
+        (rename("layer_2", "layer_7"), "no physical volume 'layer_2'"),
+        (rename("top", "lid"), "physical surface 'lid'"),
+        (rename("x_min", "sides"), "no facets named 'x_min'"),
+        (lambda mesh: mesh.field_data.update(layer_9=mesh.field_data.pop("layer_1")), "no physical volume 'layer_1'"),
+    ],
+)
+def test_what_is_wrong_with_a_mesh_is_named_in_one_line(change, expected, folder):
+    scene = altered(folder / "wrong.msh", change)
+    with pytest.raises(SceneError) as caught:
+        build_mesh(scene, COMM)
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_cells_in_a_volume_that_is_no_layer_are_named(folder):
+    def stray(mesh):
+        mesh.field_data["stray"] = np.array([99, 3])
+        _physical(mesh, "hexahedron")[0] = 99
+
+    with pytest.raises(SceneError, match="is in 'stray'"):
+        build_mesh(altered(folder / "wrong.msh", stray), COMM)
+
+
+def test_layers_that_share_nodes_are_split_and_separate_ones_bonded():
+    shared = read_gmsh(SMALL, 2)
+    split = hexahedra.split_layers(shared)
+    bonded = hexahedra.bond_layers(split)
+    assert len(split.points) == len(shared.points) + 7 * 3
+    assert len(bonded.points) == len(shared.points)
+    assert np.bincount(hexahedra.mark_interfaces(split).face_tags.ravel())[TAGS["lower"]] == 12
+    assert isinstance(bonded, Hexahedra)

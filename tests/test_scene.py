@@ -1,0 +1,147 @@
+"""Scenes: what is read, what is refused, in one line, with nothing written."""
+
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.reference import keys
+from ncf_fenicsx.units import parse_quantity
+
+ROOT = Path(__file__).parents[1]
+ROLLER = ROOT / "demos" / "roller.toml"
+
+WRONG = {
+    "unknown key": (["stack.thicknes=2 mm"], "stack.thicknes = '2 mm': unknown key; did you mean 'thickness'?"),
+    "unknown table": (["tol.radius=2 mm"], "did you mean 'tool'"),
+    "wrong unit": (["tool.radius=2 kg"], "tool.radius = '2 kg': expected a positive length"),
+    "no unit": (["tool.radius=2"], "tool.radius = 2: expected a positive length with its unit, such as \"2 mm\""),
+    "negative thickness": (["stack.thickness=-2 mm"], "stack.thickness = '-2 mm': expected a positive length"),
+    "roller inside the stack": (["tool.clearance=-1 mm"], "the tool starts in the stack"),
+    "zero steps": (["solver.max_steps=0"], "solver.max_steps = 0: expected greater than 0"),
+    "zero divisions": (["stack.divisions=[0, 4]"], "stack.divisions.0 = 0"),
+    "unknown tool": (["tool.kind=rollr"], "tool.kind = 'rollr': no such tool"),
+    "unknown law": (["laws.compaction.kind=magic"], "laws.compaction.kind = 'magic': no such compaction"),
+    "reference speed zero": (["laws.rate.v_ref=0 mm/min"], "laws.rate.v_ref = '0 mm/min': expected a positive speed"),
+    "overfull fabric": (["stack.areal_density=4 kg/m^2"], "expected less than 1"),
+    "through one layer only": (["stack.through=[1, 2]"], "through has 2 numbers; expected one for each of 4 layers"),
+    "nothing holds it": (["stack.sides.x_min=free"], "nothing keeps the layers from sliding away"),
+    "empty path": (["tool.path=[]"], "tool.path = []"),
+    "travel without speed": (["tool.path=[{travel=['0 mm','0 mm','-1 mm']}]"], "expected either travel"),
+    "penalty zero": (["tool.penalty=0"], "tool.penalty = 0: expected a positive factor"),
+    "mesh missing": (["stack.mesh=none.msh"], "the mesh file gives"),
+    "set without value": (["stack.layers"], "expected KEY=VALUE"),
+    "not a number": (["laws.compaction.beta2=many"], "laws.compaction.beta2 = 'many'"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_value_is_one_line_that_names_it(case):
+    overrides, expected = WRONG[case]
+    with pytest.raises(SceneError) as caught:
+        Scene.read(ROLLER, overrides)
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+FILES = {
+    "missing file": (None, "No such file"),
+    "not TOML": ("stack = [", "not TOML"),
+    "not text": (b"\xff\xfe\x00", "not TOML"),
+    "empty": ("", "[tool]"),
+    "unknown key": ("[tool]\nradus = '2 mm'", "did you mean 'radius'"),
+    "no such mesh": ("[tool]\n[stack]\nmesh = 'none.msh'", "none.msh"),
+    "mesh that is none": ("[tool]\n[stack]\nmesh = 'case.toml'", "case.toml"),
+    "layer missing": (f"[tool]\n[stack]\nlayers = 3\nmesh = '{ROOT}/meshes/small_stack.msh'", "layer_3"),
+}
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("case", FILES)
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_wrong_scene_ends_with_code_2_and_writes_nothing(case, command, tmp_path):
+    content, expected = FILES[case]
+    if content is not None:
+        (tmp_path / "case.toml").write_bytes(content if isinstance(content, bytes) else content.encode())
+    before = sorted(tmp_path.iterdir())
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    ended = subprocess.run(
+        [sys.executable, "-m", "ncf_fenicsx", command, "case.toml"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 2
+    assert ended.stdout == ""
+    assert expected in ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.serial
+def test_results_are_not_overwritten_unasked(tmp_path):
+    (tmp_path / "kept").write_text("precious")
+    command = [sys.executable, "-m", "ncf_fenicsx", "run", str(ROLLER), "--out", str(tmp_path), "--set", "stack.layers=1"]
+    ended = subprocess.run(command, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert "--overwrite" in ended.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+
+
+@pytest.mark.parametrize("name", ["roller", "single_element"])
+def test_the_resolved_scene_reads_back_to_the_same(name):
+    scene = Scene.read(ROOT / "demos" / f"{name}.toml")
+    assert Scene.from_table(tomllib.loads(scene.to_toml())) == scene
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"tool": {"width": "infinite", "penalty": "1e9 Pa/m"}},
+        {"tool": {}, "interface": {"kind": "bonded"}},
+        {"duration": "2 s", "stack": {"layers": 2, "mesh": str(ROOT / "meshes" / "small_stack.msh")}},
+        {"tool": {"path": [{"hold": "1 s"}]}, "stack": {"through": [1, 2, 1, 3], "focus": ["1 mm", "2 mm"]}},
+    ],
+)
+def test_resolved_variants_read_back_to_the_same(table):
+    scene = Scene.from_table(table)
+    assert Scene.from_table(tomllib.loads(scene.to_toml())).model_dump() == scene.model_dump()
+
+
+def test_overrides_reach_into_tables_and_lists():
+    scene = Scene.read(ROLLER, ["stack.layers=2", "tool.path.0.speed=5 mm/min", "interface.penalty=1e8 Pa/m"])
+    assert scene.stack.layers == 2
+    assert scene.path[0].speed == pytest.approx(5e-3 / 60)
+    assert scene.interface.penalty.resolve(1.0) == 1e8
+
+
+def test_the_defaults_are_the_papers():
+    scene = Scene.from_table({"tool": {}})
+    assert scene.laws.in_plane.modulus == 242e9
+    assert scene.stack.thickness * scene.stack.layers == pytest.approx(8e-3)
+    assert scene.tool.radius == pytest.approx(2.5e-3)
+    assert scene.path[0].duration == pytest.approx(30)
+
+
+def test_every_key_has_a_meaning():
+    listed = list(keys())
+    assert len(listed) > 50
+    assert all(meaning for _, _, _, meaning in listed)
+    units = {key: unit for key, unit, _, _ in listed}
+    assert units["stack.thickness"] == "m"
+    assert units["tool(cylinder).radius"] == "m"
+
+
+@given(st.floats(1e-6, 1e6))
+def test_quantities_are_converted_once_and_exactly_enough(value):
+    assert parse_quantity(f"{value!r} mm", "m") == pytest.approx(value * 1e-3, rel=1e-14)
+    assert parse_quantity(f"{value!r} mm/min", "m/s") == pytest.approx(value * 1e-3 / 60, rel=1e-14)
+
+
+@pytest.mark.parametrize("text", ["2", "2 mm mm mm", "two mm", "", "nan m", "inf m", "2 m/", "__import__('os')", 3])
+def test_what_is_no_quantity_is_none(text):
+    assert parse_quantity(text, "m") is None

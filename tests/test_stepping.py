@@ -1,0 +1,79 @@
+"""Step control alone: no mesh, no solver."""
+
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ncf_fenicsx.stepping import Ending, StepControl, march
+
+CONTROL = StepControl(first=1.0, smallest=1e-3, largest=5.0, growth=1.5, cut=0.4, target_iterations=6, max_steps=100)
+
+
+@dataclass
+class Try:
+    converged: bool = True
+    iterations: int = 4
+    reason: str = "the test says so"
+
+
+def run(attempt, milestones=(30.0,), control=CONTROL):
+    accepted = []
+    ended = march(control, list(milestones), attempt, lambda progress, size, _: accepted.append((progress.time, size)))
+    return ended, accepted
+
+
+def test_easy_steps_grow_to_the_largest_and_land_on_the_end():
+    ended, accepted = run(lambda *_: Try())
+    sizes = [size for _, size in accepted]
+    assert ended.ending is Ending.DONE
+    assert accepted[-1][0] == 30.0
+    assert sizes[:3] == pytest.approx([1.0, 1.5, 2.25])
+    assert max(sizes) <= 5.0
+    assert min(sizes[2:]) > 1.5  # no leftover step at the end
+
+
+@given(st.lists(st.floats(0.5, 20), min_size=1, max_size=4))
+def test_every_milestone_is_met_exactly(durations):
+    milestones = [sum(durations[: k + 1]) for k in range(len(durations))]
+    ended, accepted = run(lambda *_: Try(), milestones)
+    times = [time for time, _ in accepted]
+    assert ended.ending is Ending.DONE
+    assert set(milestones) <= set(times)
+    assert times == sorted(times)
+
+
+def test_hard_steps_shrink_and_the_target_keeps_the_size():
+    assert CONTROL.next_size(2.0, 5) == pytest.approx(3.0)
+    assert CONTROL.next_size(2.0, 6) == CONTROL.next_size(2.0, 9) == 2.0
+    assert CONTROL.next_size(2.0, 12) == pytest.approx(1.0)
+
+
+def test_a_failed_step_is_tried_again_smaller_from_the_same_time():
+    tries = []
+
+    def attempt(time, size):
+        tries.append((time, size))
+        return Try(converged=len(tries) != 3)
+
+    ended, accepted = run(attempt)
+    assert ended.ending is Ending.DONE
+    assert ended.cuts == 1
+    assert tries[3] == pytest.approx((tries[2][0], 0.4 * tries[2][1]))
+    assert len(accepted) == len(tries) - 1
+
+
+def test_a_march_that_cannot_go_on_says_why_and_where():
+    ended, accepted = run(lambda time, size: Try(converged=time + size <= 10.0, reason="a wall at 10 s"))
+    assert ended.ending is Ending.STOPPED
+    assert "a wall at 10 s" in ended.reason
+    assert ended.time == accepted[-1][0]
+    assert 10.0 - 2 * CONTROL.smallest / CONTROL.cut < ended.time <= 10.0
+
+
+def test_a_march_ends_after_max_steps():
+    ended, accepted = run(lambda *_: Try(), [1e6])
+    assert ended.ending is Ending.STOPPED
+    assert "max_steps" in ended.reason
+    assert len(accepted) == 100
