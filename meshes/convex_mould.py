@@ -24,7 +24,13 @@ if __name__ == "__main__":
     gmsh.initialize()
     gmsh.option.setNumber("General.Verbosity", 2)
     build_stack(
-        tuple(given.size), given.band, tuple(given.divisions), given.layers, given.thickness, given.through, given.growth
+        tuple(given.size),
+        given.band,
+        tuple(given.divisions),
+        given.layers,
+        given.thickness,
+        given.through,
+        given.growth,
     )
     bend(given.radius)
     write_mesh(given.file)

@@ -1,12 +1,11 @@
 """Implicit finite elements for the compaction and wrinkling of dry non-crimp fabric under rigid tools."""
 
-import ncf_fenicsx.laws
-import ncf_fenicsx.tools
+from ncf_fenicsx import laws, tools
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
 
 __version__ = "0.1.0"
-__all__ = ["Scene", "SceneError", "run"]
+__all__ = ["Scene", "SceneError", "laws", "run", "tools"]
 
 
 def __getattr__(name: str) -> object:

@@ -10,11 +10,10 @@ from abc import abstractmethod
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from ncf_fenicsx.kinematics import Expression, Kinematics
 from ncf_fenicsx.motion import Segment
-from ncf_fenicsx.parts import Part
+from ncf_fenicsx.parts import Part, parameter
 from ncf_fenicsx.units import Clearance, Length, Penalty
 
 
@@ -71,20 +70,17 @@ class Tool(Part):
     """A rigid tool on a path; its reference point is its tip, the lowest point of its surface."""
 
     family = "tool"
-    position: tuple[Length, Length] = Field(
-        ("0 mm", "0 mm"), validate_default=True, description="x and y of the tip at the start, in the stack's axes"
+    position: tuple[Length, Length] = parameter(
+        ("0 mm", "0 mm"), description="x and y of the tip at the start, in the stack's axes"
     )
-    clearance: Clearance = Field("0 mm", validate_default=True, description="height of the tip over the stack at start")
-    path: tuple[Segment, ...] = Field(
+    clearance: Clearance = parameter("0 mm", description="height of the tip over the stack at start")
+    path: tuple[Segment, ...] = parameter(
         ({"travel": ("0 mm", "0 mm", "-0.5 mm"), "speed": "1 mm/min"},),
-        validate_default=True,
         min_length=1,
         description="travels and holds, one after the other",
     )
-    penalty: Penalty = Field(
-        10.0,
-        validate_default=True,
-        description="contact stiffness: a factor on the compaction tangent over the layer's thickness, or in Pa/m",
+    penalty: Penalty = parameter(
+        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
     )
 
     @abstractmethod

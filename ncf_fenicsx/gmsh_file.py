@@ -68,13 +68,15 @@ def _layers(path: Path, file: Any, layers: int, centres: np.ndarray) -> Integers
     if len(unknown):
         where = ", ".join(f"{1e3 * value:.4g}" for value in centres[unknown[0]])
         name = names.get(int(numbers[unknown[0]]), "none")
-        raise SceneError(f"{path.name}: the cell at ({where}) mm is in {name!r}; expected a physical volume layer_1, ...")
-    return np.array([known[number] for number in numbers.tolist()])
+        raise SceneError(
+            f"{path.name}: the cell at ({where}) mm is in {name!r}; expected a physical volume layer_1, ..."
+        )
+    return np.array([known[int(number)] for number in numbers])
 
 
 def _face_tags(path: Path, file: Any, cells: Integers) -> Integers:
     numbers, names = _physical(path, file, "quad")
-    surfaces = {number: names.get(number, "none") for number in np.unique(numbers).tolist()}
+    surfaces = {int(number): names.get(int(number), "none") for number in np.unique(numbers)}
     for name in surfaces.values():
         if name not in OUTSIDE:
             raise SceneError(f"{path.name}: physical surface {name!r}; expected one of {', '.join(OUTSIDE)}")
@@ -82,5 +84,5 @@ def _face_tags(path: Path, file: Any, cells: Integers) -> Integers:
     faces = np.sort(cells[:, FACES].reshape(-1, 4), axis=1)
     _, group = np.unique(np.concatenate([quads, faces]), axis=0, return_inverse=True)
     tag_of_group = np.full(int(group.max()) + 1, NO_TAG)
-    tag_of_group[group.ravel()[: len(quads)]] = [TAGS[surfaces[number]] for number in numbers.tolist()]
+    tag_of_group[group.ravel()[: len(quads)]] = [TAGS[surfaces[int(number)]] for number in numbers]
     return tag_of_group[group.ravel()[len(quads) :]].reshape(-1, 6)

@@ -91,7 +91,9 @@ def _extrude_layer(x: Floats, y: Floats, z: Floats, number: int, layers: int) ->
     shape = (len(z), len(y), len(x))
     Z, Y, X = np.meshgrid(z, y, x, indexing="ij")
     node = np.arange(X.size).reshape(shape)
-    corners = [node[k : k + shape[0] - 1, j : j + shape[1] - 1, i : i + shape[2] - 1] for k, j, i in np.ndindex(2, 2, 2)]
+    corners = [
+        node[k : k + shape[0] - 1, j : j + shape[1] - 1, i : i + shape[2] - 1] for k, j, i in np.ndindex(2, 2, 2)
+    ]
     tags = np.zeros((shape[0] - 1, shape[1] - 1, shape[2] - 1, 6), dtype=np.int64)
     tags[:, :, 0, 2], tags[:, :, -1, 3] = TAGS["x_min"], TAGS["x_max"]
     tags[:, 0, :, 1], tags[:, -1, :, 4] = TAGS["y_min"], TAGS["y_max"]
@@ -171,7 +173,9 @@ def columns(stack: Hexahedra, parts: int) -> Integers:
     """Part of each cell: whole columns of cells over each other, about equally many cells in each part."""
     centres = stack.points[stack.cells].mean(axis=1)
     flat = centres * [1.0, 1.0, 0.0]
-    _, column = np.unique(np.round(flat[:, :2] / (1e-7 * np.ptp(stack.points, axis=0).max())), axis=0, return_inverse=True)
+    _, column = np.unique(
+        np.round(flat[:, :2] / (1e-7 * np.ptp(stack.points, axis=0).max())), axis=0, return_inverse=True
+    )
     part = np.zeros(len(centres), dtype=np.int64)
     _bisect(flat[:, :2], column.ravel(), np.arange(len(centres)), 0, parts, part)
     return part

@@ -59,7 +59,7 @@ class Measures:
         self._work = {
             name: compat.compile_form(problem.terms[name]) for name in ("tool", "gravity") if name in problem.terms
         }
-        self._top = np.zeros(0, dtype=np.int32)
+        self._top: Any = np.zeros(0, dtype=np.int32)
         if scene.tool is not None:
             self._heights = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)))
             points = compat.interpolation_points(self._heights.function_space.element)

@@ -63,10 +63,8 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
 
 def stack_of(scene: Scene) -> Hexahedra:
     """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
-    if scene.stack.mesh is None:
-        stack = _extruded(scene)
-    else:
-        stack = read_gmsh(Path(scene.stack.mesh), scene.stack.layers)
+    file = scene.stack.mesh
+    stack = _extruded(scene) if file is None else read_gmsh(Path(file), scene.stack.layers)
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
     bonded = isinstance(scene.interface, Bonded)

@@ -7,10 +7,10 @@ from bisect import bisect_left
 from itertools import accumulate
 from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from ncf_fenicsx.parts import Settings
-from ncf_fenicsx.units import Length, PositiveTime, PositiveSpeed
+from ncf_fenicsx.parts import Settings, parameter
+from ncf_fenicsx.units import Length, PositiveSpeed, PositiveTime
 
 Vector = tuple[float, float, float]
 
@@ -18,9 +18,9 @@ Vector = tuple[float, float, float]
 class Segment(Settings):
     """One piece of a path: a travel with its speed, or a hold."""
 
-    travel: tuple[Length, Length, Length] | None = Field(None, description="displacement (x, y, z) of the tool")
-    speed: PositiveSpeed | None = Field(None, description="speed along the travel")
-    hold: PositiveTime | None = Field(None, description="time at rest, instead of travel and speed")
+    travel: tuple[Length, Length, Length] | None = parameter(None, description="displacement (x, y, z) of the tool")
+    speed: PositiveSpeed | None = parameter(None, description="speed along the travel")
+    hold: PositiveTime | None = parameter(None, description="time at rest, instead of travel and speed")
 
     @model_validator(mode="after")
     def _travel_or_hold(self) -> Self:

@@ -88,8 +88,8 @@ class Results:
     def _write_fields(
         self, time: float, displacement: NDArray[np.float64] | None, cells: dict[str, NDArray[np.float64] | None]
     ) -> None:
-        assert self._points is not None
         assert self._cells is not None
+        assert self._layer is not None
         name = f"fields/{len(self.snapshots):04d}.vtu"
         vtk = self._cells[:, VTK_TO_TENSOR]  # its own inverse
         data = {key: [value] for key, value in cells.items()} | {"layer": [self._layer + 1]}

@@ -10,8 +10,13 @@ import difflib
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+def parameter(default: Any, description: str, **bounds: Any) -> Any:
+    """Field of a table; its default is validated like what a reader writes, so it may be text with a unit."""
+    return Field(default, validate_default=True, description=description, **bounds)
 
 
 class Settings(BaseModel):

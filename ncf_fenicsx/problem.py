@@ -134,7 +134,7 @@ class Problem:
     def _build_interfaces(self) -> None:
         """Pair the facing nodes of separate layers; a bonded stack has none."""
         self.contact: PairedContact | None = None
-        self.coupled_nodes = np.zeros((0, 2), dtype=np.int32)
+        self.coupled_nodes: Any = np.zeros((0, 2), dtype=np.int32)
         interface = self.scene.interface
         if not isinstance(interface, OneSided) or self.scene.stack.layers == 1:
             return

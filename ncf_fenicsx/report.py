@@ -105,7 +105,7 @@ def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tim
     if scene.tool is not None:
         start = np.array([*scene.tool.position, scene.stack.layers * scene.stack.thickness + scene.tool.clearance])
         x, _, z = start + motion.displacement(scene.tool.path, time)
-        axes.plot(*(MM * (scene.tool.section() + [x, z])).T, color="black", linewidth=1.5)
+        axes.plot(*(MM * (scene.tool.section() + np.array([x, z]))).T, color="black", linewidth=1.5)
     reach = 2.2 * scene.stack.layers * scene.stack.thickness
     low, high = max(x - reach, quads[:, :, 0].min()), min(x + reach, quads[:, :, 0].max())
     axes.set(xlim=(MM * low, MM * high), ylim=(-0.3, MM * (max(top, z) + 0.12 * top)), aspect="equal")

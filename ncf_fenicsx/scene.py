@@ -12,7 +12,7 @@ from pydantic import Field, PositiveInt, ValidationError, model_validator
 
 from ncf_fenicsx.contracts import CompactionLaw, InPlaneLaw, RateLaw, ShearLaw, Tool
 from ncf_fenicsx.motion import Segment
-from ncf_fenicsx.parts import Choice, Part, Settings
+from ncf_fenicsx.parts import Choice, Part, Settings, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
 from ncf_fenicsx.units import (
     Acceleration,
@@ -33,10 +33,10 @@ Grading = Annotated[float, Field(ge=0, lt=1)]
 class Sides(Settings):
     """How each lateral side of the modelled stack is held; at a symmetry plane the scene stands for its mirror too."""
 
-    x_min: Side = Field("symmetry", description="side at the lowest x")
-    x_max: Side = Field("free", description="side at the highest x")
-    y_min: Side = Field("symmetry", description="side at the lowest y")
-    y_max: Side = Field("free", description="side at the highest y")
+    x_min: Side = parameter("symmetry", description="side at the lowest x")
+    x_max: Side = parameter("free", description="side at the highest x")
+    y_min: Side = parameter("symmetry", description="side at the lowest y")
+    y_max: Side = parameter("free", description="side at the highest y")
 
     @model_validator(mode="after")
     def _cannot_slide_away(self) -> Self:
@@ -58,27 +58,27 @@ class Sides(Settings):
 class Stack(Settings):
     """The layers of fabric, and their mesh."""
 
-    layers: PositiveInt = Field(4, description="number of layers")
-    thickness: PositiveLength = Field("2 mm", validate_default=True, description="thickness of each layer")
-    size: tuple[PositiveLength, PositiveLength] = Field(
-        ("76 mm", "76 mm"), validate_default=True, description="modelled extent in x and y (a quarter, by symmetry)"
+    layers: PositiveInt = parameter(4, description="number of layers")
+    thickness: PositiveLength = parameter("2 mm", description="thickness of each layer")
+    size: tuple[PositiveLength, PositiveLength] = parameter(
+        ("76 mm", "76 mm"), description="modelled extent in x and y (a quarter, by symmetry)"
     )
-    areal_density: ArealDensity = Field("1425 g/m^2", validate_default=True, description="mass per area of each layer")
-    fibre_density: Density = Field("1.79e6 g/m^3", validate_default=True, description="density of the fibres")
-    divisions: tuple[PositiveInt, PositiveInt] = Field((40, 24), description="elements along x and y")
-    through: PositiveInt | tuple[PositiveInt, ...] = Field(
+    areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
+    fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
+    divisions: tuple[PositiveInt, PositiveInt] = parameter((40, 24), description="elements along x and y")
+    through: PositiveInt | tuple[PositiveInt, ...] = parameter(
         1, description="elements through each layer, one number or one a layer"
     )
-    grading: tuple[Grading, Grading] = Field(
+    grading: tuple[Grading, Grading] = parameter(
         (0.8, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"
     )
-    focus: tuple[Length, Length] | None = Field(
+    focus: tuple[Length, Length] | None = parameter(
         None, description="x and y that the mesh is refined towards; the tool's position unless given"
     )
-    mesh: str | None = Field(
+    mesh: str | None = parameter(
         None, description="gmsh file to use instead of size, divisions, through, grading, focus; relative to the scene"
     )
-    sides: Sides = Field(Sides(), description="how the lateral sides are held")
+    sides: Sides = parameter(Sides(), description="how the lateral sides are held")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -108,12 +108,12 @@ class Stack(Settings):
 class Laws(Settings):
     """The constitutive laws, each chosen by ``kind``."""
 
-    in_plane: Annotated[InPlaneLaw, Choice("in_plane", "neo_hookean")] = Field({}, validate_default=True, description="fibre elasticity")
-    compaction: Annotated[CompactionLaw, Choice("compaction", "exponential")] = Field(
-        {}, validate_default=True, description="pressure over fibre volume fraction"
+    in_plane: Annotated[InPlaneLaw, Choice("in_plane", "neo_hookean")] = parameter({}, description="fibre elasticity")
+    compaction: Annotated[CompactionLaw, Choice("compaction", "exponential")] = parameter(
+        {}, description="pressure over fibre volume fraction"
     )
-    rate: Annotated[RateLaw, Choice("rate", "kelly")] = Field({}, validate_default=True, description="dependence on the tool's speed")
-    shear: Annotated[ShearLaw, Choice("shear", "constant")] = Field({}, validate_default=True, description="transverse shear")
+    rate: Annotated[RateLaw, Choice("rate", "kelly")] = parameter({}, description="dependence on the tool's speed")
+    shear: Annotated[ShearLaw, Choice("shear", "constant")] = parameter({}, description="transverse shear")
 
 
 class Bonded(Part):
@@ -128,56 +128,58 @@ class OneSided(Part):
 
     family = "interface"
     kind = "one_sided"
-    penalty: Penalty = Field(
-        10.0,
-        validate_default=True,
-        description="contact stiffness: a factor on the compaction tangent over the layer's thickness, or in Pa/m",
+    penalty: Penalty = parameter(
+        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
     )
-    stitching: NonNegativeStiffness = Field(
-        "0 Pa/m", validate_default=True, description="stiffness of the stitching yarns against opening; 0 is none"
+    stitching: NonNegativeStiffness = parameter(
+        "0 Pa/m", description="stiffness of the stitching yarns against opening; 0 is none"
     )
 
 
 class Solver(Settings):
     """Time steps and Newton's method."""
 
-    first_step: PositiveTime | None = Field(None, description="first time step; duration / 30 unless given")
-    largest_step: PositiveTime | None = Field(None, description="largest time step; duration / 8 unless given")
-    smallest_step: PositiveTime | None = Field(None, description="step at which a run stops; first_step / 1e4")
-    max_steps: PositiveInt = Field(1000, description="number of accepted steps at which a run stops")
-    target_iterations: PositiveInt = Field(6, description="Newton iterations that keep the step size as it is")
-    max_iterations: PositiveInt = Field(15, description="Newton iterations at which a step is cut")
-    growth: float = Field(1.5, ge=1, description="largest factor from one step to the next")
-    cut: float = Field(0.4, gt=0, lt=1, description="factor on a step that failed")
-    tangent: Literal["extrapolated", "plain"] = Field(
+    first_step: PositiveTime | None = parameter(None, description="first time step; duration / 30 unless given")
+    largest_step: PositiveTime | None = parameter(None, description="largest time step; duration / 8 unless given")
+    smallest_step: PositiveTime | None = parameter(None, description="step at which a run stops; first_step / 1e4")
+    max_steps: PositiveInt = parameter(1000, description="number of accepted steps at which a run stops")
+    target_iterations: PositiveInt = parameter(6, description="Newton iterations that keep the step size as it is")
+    max_iterations: PositiveInt = parameter(15, description="Newton iterations at which a step is cut")
+    growth: float = parameter(1.5, ge=1, description="largest factor from one step to the next")
+    cut: float = parameter(0.4, gt=0, lt=1, description="factor on a step that failed")
+    tangent: Literal["extrapolated", "plain"] = parameter(
         "extrapolated", description="membrane stress in the tangent: extrapolated from the last iterate, or the current"
     )
-    force_tolerance: float = Field(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
-    increment_tolerance: float = Field(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
-    increment_cap: float = Field(0.3, gt=0, description="largest nodal increment of an iteration over the thickness")
+    force_tolerance: float = parameter(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
+    increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
+    increment_cap: float = parameter(0.3, gt=0, description="largest nodal increment over the layer's thickness")
 
 
 class Output(Settings):
     """What a run writes."""
 
-    fields_every: PositiveInt = Field(1, description="accepted steps from one field file to the next; the last always")
-    picture: bool = Field(True, description="draw summary.png")
+    fields_every: PositiveInt = parameter(1, description="accepted steps between field files; the last is always one")
+    picture: bool = parameter(True, description="draw summary.png")
 
 
 class Scene(Settings):
     """One case: what is pressed by what, by which laws, and how it is solved and written."""
 
-    title: str = Field("untitled", min_length=1, description="name in pictures and reports")
-    stack: Stack = Field(Stack(), description="layers and mesh")
-    laws: Laws = Field(default_factory=Laws, description="constitutive laws")
-    interface: Annotated[Bonded | OneSided, Choice("interface", "one_sided")] = Field(
-        {}, validate_default=True, description="how layers meet"
+    title: str = parameter("untitled", min_length=1, description="name in pictures and reports")
+    stack: Stack = parameter(Stack(), description="layers and mesh")
+    laws: Laws = parameter({}, description="constitutive laws")
+    interface: Annotated[Bonded | OneSided, Choice("interface", "one_sided")] = parameter(
+        {}, description="how layers meet"
     )
-    tool: Annotated[Tool, Choice("tool", "cylinder")] | None = Field(None, description="rigid tool; none unless given")
-    duration: PositiveTime | None = Field(None, description="duration of a scene without a tool; else its path gives it")
-    gravity: Acceleration = Field("9.81 m/s^2", validate_default=True, description="gravity, along -z")
-    solver: Solver = Field(Solver(), description="steps and Newton's method")
-    output: Output = Field(Output(), description="what is written")
+    tool: Annotated[Tool, Choice("tool", "cylinder")] | None = parameter(
+        None, description="rigid tool; none unless given"
+    )
+    duration: PositiveTime | None = parameter(
+        None, description="duration of a scene without a tool; else its path gives it"
+    )
+    gravity: Acceleration = parameter("9.81 m/s^2", description="gravity, along -z")
+    solver: Solver = parameter(Solver(), description="steps and Newton's method")
+    output: Output = parameter(Output(), description="what is written")
 
     @model_validator(mode="after")
     def _lasts_some_time(self) -> Self:

@@ -31,7 +31,6 @@ class System(Protocol):
         tangent_form: compiled bilinear form.
         supports: homogeneous Dirichlet conditions; the reactions of their vertical dofs measure the load.
         length: length in m that increments are measured against.
-        force_floor: forces in N that round-off leaves unbalanced.
         coupled_nodes: pairs of local nodes that couple, shape (pairs, 2).
     """
 
@@ -41,8 +40,11 @@ class System(Protocol):
     tangent_form: Any
     supports: Supports
     length: float
-    force_floor: float
-    coupled_nodes: Integers
+    coupled_nodes: Any
+
+    @property
+    def force_floor(self) -> float:
+        """Norm of the forces in N that round-off leaves unbalanced."""
 
     def coupling_residual(self) -> Floats:
         """Residual of the pairs in N, shape (pairs, 2, 3)."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 
 class Attempt(Protocol):
@@ -23,6 +23,9 @@ class Attempt(Protocol):
     @property
     def reason(self) -> str:
         """In words, why it holds or not."""
+
+
+Tried = TypeVar("Tried", bound=Attempt)
 
 
 class Ending(Enum):
@@ -99,8 +102,8 @@ class March:
 def march(
     control: StepControl,
     milestones: list[float],
-    attempt: Callable[[float, float], Attempt],
-    accept: Callable[[March, float, Attempt], None],
+    attempt: Callable[[float, float], Tried],
+    accept: Callable[[March, float, Tried], None],
 ) -> March:
     """Step from time 0 through all milestones.
 

@@ -117,7 +117,9 @@ class PenaltyField:
 
 Length = Annotated[float, Quantity("m", "a length", "2 mm")]
 PositiveLength = Annotated[float, Quantity("m", "a positive length", "2 mm", above=0)]
-Clearance = Annotated[float, Quantity("m", "a length of at least 0 (else the tool starts in the stack)", "0 mm", least=0)]
+Clearance = Annotated[
+    float, Quantity("m", "a length of at least 0 (else the tool starts in the stack)", "0 mm", least=0)
+]
 WidthOrInfinite = Annotated[float | None, Quantity("m", "a positive width", "30 mm", above=0, infinite=True)]
 PositiveTime = Annotated[float, Quantity("s", "a positive time", "0.5 s", above=0)]
 PositiveSpeed = Annotated[float, Quantity("m/s", "a positive speed", "1 mm/min", above=0)]

@@ -7,8 +7,8 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.kinematics import Expression, Kinematics, deformation_gradient, in_plane, linearised_cauchy_green
 from ncf_fenicsx.contracts import CompactionLaw, InPlaneLaw, ShearLaw
+from ncf_fenicsx.kinematics import Expression, Kinematics, deformation_gradient, in_plane, linearised_cauchy_green
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,9 @@ def internal_work(laws: BoundLaws, displacement: Any, variation: Any, dx: Any) -
     def change(strain: Expression) -> Expression:
         return ufl.derivative(strain, displacement, variation)
 
-    fibres = ufl.inner(laws.in_plane.stress(kinematics.in_plane_cauchy_green), _in_plane_change(displacement, variation))
+    fibres = ufl.inner(
+        laws.in_plane.stress(kinematics.in_plane_cauchy_green), _in_plane_change(displacement, variation)
+    )
     compaction = -laws.pressure(kinematics) * change(kinematics.thickness_stretch)
     shear = ufl.dot(laws.shear.stress(kinematics), change(kinematics.transverse_shear))
     return (fibres + compaction + shear) * dx

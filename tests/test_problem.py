@@ -47,7 +47,9 @@ def gradient_error(problem, newton, step):
     u = problem.displacement.x.array
     centre = u.copy()
     direction = fem.Function(problem.space)
-    direction.interpolate(lambda x: np.stack([1e-3 * np.sin(300 * x[1]), 1e-3 * np.cos(200 * x[2]), np.sin(250 * x[0])]))
+    direction.interpolate(
+        lambda x: np.stack([1e-3 * np.sin(300 * x[1]), 1e-3 * np.cos(200 * x[2]), np.sin(250 * x[0])])
+    )
     d = direction.x.array
     d[problem.supports.dofs] = 0
     sides = []
@@ -155,13 +157,15 @@ def test_a_scene_builds_only_what_it_names(table):
     entries = newton.matrix.getInfo(SUM)["nz_allocated"]
 
     bare = {key: table[key] for key in ("stack",)} | {"duration": "1 s", "gravity": "0 m/s^2"}
-    alone, newton_alone = build(bare | {"interface": {"kind": "bonded"}})
+    alone, _ = build(bare | {"interface": {"kind": "bonded"}})
     assert set(alone.terms) == {"internal"}
     assert COMM.allreduce(len(alone.coupled_nodes)) == 0
     assert alone.space.dofmap.index_map.size_global < problem.space.dofmap.index_map.size_global
 
     separate, newton_separate = build(bare)
-    assert newton_separate.matrix.getInfo(SUM)["nz_allocated"] == entries  # contact with a tool adds nothing to the pattern
+    assert (
+        newton_separate.matrix.getInfo(SUM)["nz_allocated"] == entries
+    )  # contact with a tool adds nothing to the pattern
     pattern = fem_petsc.create_matrix(separate.tangent_form).getInfo(SUM)["nz_allocated"]
     assert entries - pattern == 2 * 9 * pairs
 

@@ -72,7 +72,18 @@ def test_one_two_and_three_ranks_give_one_history(folder):
     histories = []
     for ranks in (1, 2, 3):
         out = folder / f"ranks_{ranks}"
-        command = ["mpirun", "-n", str(ranks), sys.executable, "-m", "ncf_fenicsx", "run", str(scene), "--out", str(out)]
+        command = [
+            "mpirun",
+            "-n",
+            str(ranks),
+            sys.executable,
+            "-m",
+            "ncf_fenicsx",
+            "run",
+            str(scene),
+            "--out",
+            str(out),
+        ]
         subprocess.run(command, check=True, capture_output=True)
         with (out / "history.csv").open() as file:
             rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
@@ -92,7 +103,10 @@ def test_the_fabric_under_a_plate_follows_its_law(folder):
     table = {
         "gravity": "0 m/s^2",
         "stack": {"layers": 2, "size": ["4 mm", "2 mm"], "divisions": [2, 2], "through": [1, 2]},
-        "tool": {"kind": "plate", "path": [{"travel": ["0 mm", "0 mm", "-1 mm"], "speed": "5 mm/min"}, {"hold": "2 s"}]},
+        "tool": {
+            "kind": "plate",
+            "path": [{"travel": ["0 mm", "0 mm", "-1 mm"], "speed": "5 mm/min"}, {"hold": "2 s"}],
+        },
         "solver": {"force_tolerance": 1e-11},
         "output": {"picture": False},
     }
@@ -189,7 +203,10 @@ def test_a_law_and_a_tool_defined_here_run_from_a_scene(table, folder):
 
     try:
         plate = {"kind": "plate", "path": table["tool"]["path"]}
-        table |= {"gravity": "0 m/s^2", "laws": {"compaction": {"kind": "linear_of_this_test"}, "rate": {"kind": "none"}}}
+        table |= {
+            "gravity": "0 m/s^2",
+            "laws": {"compaction": {"kind": "linear_of_this_test"}, "rate": {"kind": "none"}},
+        }
         flat = run(Scene.from_table(table | {"tool": plate}), folder / "law")
         vf = flat.history[-1]["vf_mean"]
         vf0 = Scene.from_table(table).stack.initial_volume_fraction

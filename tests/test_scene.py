@@ -21,7 +21,7 @@ WRONG = {
     "unknown key": (["stack.thicknes=2 mm"], "stack.thicknes = '2 mm': unknown key; did you mean 'thickness'?"),
     "unknown table": (["tol.radius=2 mm"], "did you mean 'tool'"),
     "wrong unit": (["tool.radius=2 kg"], "tool.radius = '2 kg': expected a positive length"),
-    "no unit": (["tool.radius=2"], "tool.radius = 2: expected a positive length with its unit, such as \"2 mm\""),
+    "no unit": (["tool.radius=2"], 'tool.radius = 2: expected a positive length with its unit, such as "2 mm"'),
     "negative thickness": (["stack.thickness=-2 mm"], "stack.thickness = '-2 mm': expected a positive length"),
     "roller inside the stack": (["tool.clearance=-1 mm"], "the tool starts in the stack"),
     "zero steps": (["solver.max_steps=0"], "solver.max_steps = 0: expected greater than 0"),
@@ -85,8 +85,20 @@ def test_a_wrong_scene_ends_with_code_2_and_writes_nothing(case, command, tmp_pa
 @pytest.mark.serial
 def test_results_are_not_overwritten_unasked(tmp_path):
     (tmp_path / "kept").write_text("precious")
-    command = [sys.executable, "-m", "ncf_fenicsx", "run", str(ROLLER), "--out", str(tmp_path), "--set", "stack.layers=1"]
-    ended = subprocess.run(command, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False)
+    command = [
+        sys.executable,
+        "-m",
+        "ncf_fenicsx",
+        "run",
+        str(ROLLER),
+        "--out",
+        str(tmp_path),
+        "--set",
+        "stack.layers=1",
+    ]
+    ended = subprocess.run(
+        command, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
+    )
     assert ended.returncode == 2
     assert "--overwrite" in ended.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field
-
-from ncf_fenicsx.kinematics import Expression, Kinematics
 from ncf_fenicsx.contracts import ShearLaw
+from ncf_fenicsx.kinematics import Expression, Kinematics
+from ncf_fenicsx.parts import parameter
 from ncf_fenicsx.units import PositiveStress
 
 
@@ -13,7 +12,7 @@ class ConstantShear(ShearLaw):
     """W = G_t / 2 (C_13^2 + C_23^2). The paper has no such stress, and without it the layer is singular."""
 
     kind = "constant"
-    modulus: PositiveStress = Field("0.1 MPa", validate_default=True, description="transverse shear modulus G_t")
+    modulus: PositiveStress = parameter("0.1 MPa", description="transverse shear modulus G_t")
 
     def stress(self, kinematics: Kinematics) -> Expression:
         """G_t (C_13, C_23) in Pa."""

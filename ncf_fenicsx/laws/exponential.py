@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from pydantic import Field
-
-from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.contracts import CompactionLaw
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import parameter
 from ncf_fenicsx.units import PositiveStress, Stress
 
 
@@ -19,10 +18,10 @@ class Exponential(CompactionLaw):
     """
 
     kind = "exponential"
-    beta1: PositiveStress = Field("96605 Pa", validate_default=True, description="base of the exponential")
-    beta2: float = Field(1.5238, gt=0, description="factor of Vf in the exponent")
-    beta3: float = Field(-0.0176, description="offset of the exponent")
-    beta4: Stress = Field("-2254 Pa", validate_default=True, description="additive constant, cancelled by the shift")
+    beta1: PositiveStress = parameter("96605 Pa", description="base of the exponential")
+    beta2: float = parameter(1.5238, gt=0, description="factor of Vf in the exponent")
+    beta3: float = parameter(-0.0176, description="offset of the exponent")
+    beta4: Stress = parameter("-2254 Pa", description="additive constant, cancelled by the shift")
 
     def as_printed(self, volume_fraction: Expression) -> Expression:
         """sigma_beta(Vf) of Eq. 3 in Pa, without the shift."""

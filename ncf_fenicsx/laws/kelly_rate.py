@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.contracts import RateLaw
-from ncf_fenicsx.units import PositiveStress, PositiveSpeed
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.units import PositiveSpeed, PositiveStress
 
 
 class KellyRate(RateLaw):
-    """A(v) / A(v_ref) with A(v) = R - [alpha1 (v / v_ref)^alpha2 + (R - 1)^-alpha3]^(-1/alpha3), R = sigma_inf / sigma_0.
+    """A(v) / A(v_ref), A(v) = R - [alpha1 (v / v_ref)^alpha2 + (R - 1)^-alpha3]^(-1/alpha3), R = sigma_inf / sigma_0.
 
     The paper prints the exponent +1/alpha3, which falls with speed, turns negative and is not 1 at rest; with -1/alpha3
     A(0) = 1 and A(infinity) = R, as the paper defines sigma_0 and sigma_inf. The compaction law was fitted at v_ref,
@@ -20,12 +21,12 @@ class KellyRate(RateLaw):
     """
 
     kind = "kelly"
-    alpha1: float = Field(0.1254, gt=0, description="factor of the speed term")
-    alpha2: float = Field(3.2054, gt=1, description="exponent of the speed")
-    alpha3: float = Field(1.6507, gt=0, description="exponent of the transition")
-    sigma_0: PositiveStress = Field("23726 Pa", validate_default=True, description="stress at the lowest speed")
-    sigma_inf: PositiveStress = Field("85829 Pa", validate_default=True, description="stress at the highest speed")
-    v_ref: PositiveSpeed = Field("2 mm/min", validate_default=True, description="speed at which the compaction law was fitted")
+    alpha1: float = parameter(0.1254, gt=0, description="factor of the speed term")
+    alpha2: float = parameter(3.2054, gt=1, description="exponent of the speed")
+    alpha3: float = parameter(1.6507, gt=0, description="exponent of the transition")
+    sigma_0: PositiveStress = parameter("23726 Pa", description="stress at the lowest speed")
+    sigma_inf: PositiveStress = parameter("85829 Pa", description="stress at the highest speed")
+    v_ref: PositiveSpeed = parameter("2 mm/min", description="speed at which the compaction law was fitted")
 
     @model_validator(mode="after")
     def _stress_grows_with_speed(self) -> Self:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import ufl
-from pydantic import Field
 
-from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.contracts import InPlaneLaw
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import parameter
 from ncf_fenicsx.units import PositiveStress
 
 
@@ -19,8 +19,8 @@ class NeoHookean(InPlaneLaw):
     """
 
     kind = "neo_hookean"
-    modulus: PositiveStress = Field("242 GPa", validate_default=True, description="Young's modulus of the fibres")
-    poisson: float = Field(0.2, gt=-1, lt=1, description="Poisson's ratio in the plane (not in the paper)")
+    modulus: PositiveStress = parameter("242 GPa", description="Young's modulus of the fibres")
+    poisson: float = parameter(0.2, gt=-1, lt=1, description="Poisson's ratio in the plane (not in the paper)")
 
     def stress(self, in_plane_cauchy_green: Expression) -> Expression:
         """S_s in Pa, shape (2, 2)."""

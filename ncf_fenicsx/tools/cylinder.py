@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from numpy.typing import NDArray
-from pydantic import Field
 
-from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.contracts import Tool
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import parameter
 from ncf_fenicsx.units import PositiveLength, WidthOrInfinite
 
 
@@ -16,8 +16,8 @@ class Cylinder(Tool):
     """Rigid cylinder with axis y and sharp ends at ``width / 2`` on both sides of its position."""
 
     kind = "cylinder"
-    radius: PositiveLength = Field("2.5 mm", validate_default=True, description="radius of the rolling surface")
-    width: WidthOrInfinite = Field("30 mm", validate_default=True, description='length along y, or "infinite"')
+    radius: PositiveLength = parameter("2.5 mm", description="radius of the rolling surface")
+    width: WidthOrInfinite = parameter("30 mm", description='length along y, or "infinite"')
 
     def signed_distance(self, point: Expression) -> Expression:
         """Exact signed distance in m, from the rolling surface and, outside the width, from the end's edge."""

@@ -1,0 +1,95 @@
+"""The program as it is called: commands, exit codes, demos."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ncf_fenicsx
+from ncf_fenicsx.measures import COLUMNS
+
+ROOT = Path(__file__).parents[1]
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
+pytestmark = pytest.mark.serial
+SMALL = ["--set", "stack.layers=2", "--set", "stack.divisions=[6, 3]", "--set", "output.picture=false"]
+
+
+def call(*arguments, ranks=1, folder=None):
+    command = [sys.executable, "-m", "ncf_fenicsx", *map(str, arguments)]
+    if ranks > 1:
+        command = ["mpirun", "-n", str(ranks), *command]
+    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
+
+
+def test_version_and_help():
+    assert call("--version").stdout.strip() == ncf_fenicsx.__version__
+    assert "SCENE.toml" in call("run", "--help").stdout
+
+
+def test_check_shows_the_scene_in_si_and_what_will_be_built():
+    ended = call("check", ROOT / "demos" / "roller.toml")
+    assert ended.returncode == 0
+    assert 'radius = "0.0025 m"' in ended.stdout
+    assert "unknowns: 24600" in ended.stdout
+    assert "2880 facing facets" in ended.stdout
+    assert re.search(r"expected memory: 0\.\d+ GB", ended.stdout)
+
+
+def test_a_run_that_ends_has_code_0_and_one_that_stops_code_1(tmp_path):
+    scene = ROOT / "demos" / "roller.toml"
+    done = call("run", scene, *SMALL, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "results" / "roller" / "history.csv").is_file()
+    assert done.stdout.count("\n") == len((tmp_path / "results" / "roller" / "history.csv").read_text().splitlines())
+    stopped = call("run", scene, *SMALL, "--set", "solver.max_steps=2", "--out", tmp_path / "stopped", ranks=2)
+    assert stopped.returncode == 1
+    assert "max_steps = 2 reached" in stopped.stdout
+    assert (tmp_path / "stopped" / "run.json").is_file()
+
+
+def test_wrong_input_in_parallel_is_one_line_and_code_2(tmp_path):
+    ended = call("run", "missing.toml", ranks=2, folder=tmp_path)
+    assert ended.returncode == 2
+    assert ended.stderr.count("ncf-fenicsx: missing.toml") == 1
+    assert "Traceback" not in ended.stderr
+
+
+def test_a_rank_that_fails_ends_all_ranks(tmp_path):
+    script = tmp_path / "one_fails.py"
+    script.write_text(
+        "from mpi4py import MPI\nimport ncf_fenicsx.cli as cli\nimport ncf_fenicsx.simulation as simulation\n"
+        "original = simulation.Simulation.accept\n"
+        "def accept(self, progress, size, outcome):\n"
+        "    if MPI.COMM_WORLD.rank == 1 and progress.steps == 2:\n        raise RuntimeError('rank 1 fails')\n"
+        "    original(self, progress, size, outcome)\n"
+        "simulation.Simulation.accept = accept\ncli.main()\n"
+    )
+    command = ["mpirun", "-n", "2", sys.executable, str(script), "run", str(ROOT / "demos" / "roller.toml"), *SMALL]
+    ended = subprocess.run(
+        [*command, "--out", str(tmp_path / "out")],
+        env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+    assert ended.returncode != 0
+    assert "rank 1 fails" in ended.stderr
+
+
+def test_the_single_element_demo_agrees_with_its_closed_form(tmp_path):
+    demo = ROOT / "demos" / "single_element.py"
+    ended = subprocess.run(
+        [sys.executable, str(demo), str(tmp_path)], env=ENVIRONMENT, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    difference = float(re.search(r"closed form: (\S+)", ended.stdout).group(1))
+    assert difference < 1e-8
+    for figure in ("27.82", "41.95", "77.20"):
+        assert figure in ended.stdout
+    assert (tmp_path / "single_element.png").is_file()
+
+
+def test_the_readme_documents_every_column_of_the_history():
+    readme = (ROOT / "README.md").read_text()
+    for name, (unit, meaning) in COLUMNS.items():
+        assert f"| `{name}` | {unit} | {meaning} |" in readme
