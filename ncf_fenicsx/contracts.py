@@ -80,7 +80,8 @@ class Tool(Part):
         description="travels and holds, one after the other",
     )
     penalty: Penalty = parameter(
-        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
+        1000.0,
+        description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness",
     )
 
     @abstractmethod

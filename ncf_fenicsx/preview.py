@@ -9,8 +9,8 @@ from ncf_fenicsx.mesh import stack_of
 from ncf_fenicsx.scene import OneSided, Scene
 from ncf_fenicsx.stepping import StepControl
 
-MEMORY_OF_PROGRAM = 0.23
-MEMORY_PER_UNKNOWN = 9.0e-6
+MEMORY_OF_PROGRAM = 0.18
+MEMORY_PER_UNKNOWN = 7.4e-6
 """GB, measured with ``ncf-fenicsx run`` and MUMPS LDL^T (peak_memory_mb of run.json): see the README, "Memory"."""
 
 

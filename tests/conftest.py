@@ -1,6 +1,7 @@
 """What all tests share: ranks that meet after every test, and one temporary folder for all of them."""
 
 import gc
+import sys
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,20 @@ def pytest_collection_modifyitems(items):
         for item in items:
             if item.get_closest_marker("serial"):
                 item.add_marker(pytest.mark.skip(reason="for one rank"))
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    """One report for all ranks, from rank 0."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if COMM.rank and reporter is not None:
+        config.pluginmanager.unregister(reporter)
+
+
+def pytest_runtest_logreport(report):
+    """What fails on another rank alone is shown too."""
+    if COMM.rank and report.failed:
+        print(f"rank {COMM.rank}: {report.nodeid}\n{report.longreprtext}", file=sys.stderr, flush=True)
 
 
 @pytest.fixture(autouse=True)

@@ -103,8 +103,10 @@ def test_the_fabric_under_a_plate_follows_its_law(folder):
     table = {
         "gravity": "0 m/s^2",
         "stack": {"layers": 2, "size": ["4 mm", "2 mm"], "divisions": [2, 2], "through": [1, 2]},
+        "interface": {"penalty": "1e10 Pa/m"},
         "tool": {
             "kind": "plate",
+            "penalty": "1e10 Pa/m",
             "path": [{"travel": ["0 mm", "0 mm", "-1 mm"], "speed": "5 mm/min"}, {"hold": "2 s"}],
         },
         "solver": {"force_tolerance": 1e-11},

@@ -27,6 +27,8 @@ CYLINDER = tool(kind="cylinder", radius="2.5 mm", width="30 mm")
         ((2.5e-3, 0, 2.5e-3), 0.0),
         ((0, 0.015 + 3e-3, -4e-3), 5e-3),
         ((0, 0.015 + 3e-3, 2.5e-3), 3e-3),
+        ((0, 0.015 - 1e-4, 1e-3), -1e-3),
+        ((0, 0.015 + 1e-4, 1e-3), 1e-4),
     ],
 )
 def test_distance_from_a_roller_of_finite_width(point, expected):
