@@ -5,7 +5,7 @@ The flat stack of ``stack.py`` is rolled onto a cylinder along y; arc lengths on
 
 import gmsh
 import numpy as np
-from stack import build_stack, options, write_mesh
+from stack import build_from, options, write_mesh
 
 
 def bend(radius: float) -> None:
@@ -21,16 +21,6 @@ if __name__ == "__main__":
     parser = options()
     parser.add_argument("--radius", type=float, default=0.1, help="radius of the mould (m)")
     given = parser.parse_args()
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Verbosity", 2)
-    build_stack(
-        tuple(given.size),
-        given.band,
-        tuple(given.divisions),
-        given.layers,
-        given.thickness,
-        given.through,
-        given.growth,
-    )
+    build_from(given)
     bend(given.radius)
     write_mesh(given.file)

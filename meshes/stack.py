@@ -89,6 +89,14 @@ def options() -> argparse.ArgumentParser:
     return parser
 
 
+def build_from(given: argparse.Namespace) -> None:
+    """Start gmsh and mesh the stack that the command line asks for."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Verbosity", 2)
+    size, divisions = tuple(given.size), tuple(given.divisions)
+    build_stack(size, given.band, divisions, given.layers, given.thickness, given.through, given.growth)
+
+
 def write_mesh(file: Path) -> None:
     """Write the current gmsh model, only what has a physical name."""
     gmsh.write(str(file))
@@ -97,15 +105,5 @@ def write_mesh(file: Path) -> None:
 
 if __name__ == "__main__":
     given = options().parse_args()
-    gmsh.initialize()
-    gmsh.option.setNumber("General.Verbosity", 2)
-    build_stack(
-        tuple(given.size),
-        given.band,
-        tuple(given.divisions),
-        given.layers,
-        given.thickness,
-        given.through,
-        given.growth,
-    )
+    build_from(given)
     write_mesh(given.file)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
+from dolfinx import fem, la
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -60,6 +60,49 @@ class PairedContact:
 
     def _stiffness(self, gap: Floats) -> Floats:
         return np.where(gap <= 0, self.penalty, self.stitching)
+
+
+class LayerContact:
+    """Contact of the facing layers of a mesh.
+
+    Args:
+        displacement: field in m.
+        pairs: the facing nodes of this rank.
+        area_form: compiled linear form of the lower faces' current normal times area, at nodes.
+    """
+
+    def __init__(self, displacement: Any, pairs: PairedContact, area_form: Any) -> None:
+        self.displacement, self.pairs, self._area_form = displacement, pairs, area_form
+        self.nodes = pairs.nodes
+        self._area = np.linalg.norm(self._area_vectors(), axis=1)
+        self.update_normals()
+
+    def update_normals(self) -> None:
+        """Take the normals of the present configuration."""
+        vectors = self._area_vectors()
+        self._normal = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+    def gap(self) -> Floats:
+        """Opening of this rank's pairs in m, negative in penetration."""
+        return self.pairs.gap(self._nodal_displacement(), self._normal)
+
+    def residual(self) -> Floats:
+        """Residual of this rank's pairs in N, shape (pairs, 2, 3)."""
+        return self.pairs.residual(self._nodal_displacement(), self._normal, self._area)
+
+    def tangent(self) -> Floats:
+        """Tangent of this rank's pairs in N/m, shape (pairs, 6, 6)."""
+        return self.pairs.tangent(self._nodal_displacement(), self._normal, self._area)
+
+    def _nodal_displacement(self) -> Floats:
+        return self.displacement.x.array.reshape(-1, 3)
+
+    def _area_vectors(self) -> Floats:
+        """Current normal times area of each pair's lower node in m2, shape (pairs, 3)."""
+        vector = fem.assemble_vector(self._area_form)
+        vector.scatter_reverse(la.InsertMode.add)
+        vector.scatter_forward()
+        return vector.array.reshape(-1, 3)[self.nodes[:, 0]]
 
 
 def face_nodes(space: Any, facets: Any) -> Integers:

@@ -73,7 +73,8 @@ class Measures:
             residual: out-of-balance forces in N of the owned dofs, reactions included.
         """
         comm, vf = self.problem.comm, self.cell_means("volume_fraction")
-        gap = float(self.problem.interface_gap.max(initial=0.0))
+        coupling = self.problem.coupling
+        gap = 0.0 if coupling is None else float(coupling.gap().max(initial=0.0))
         support = float(residual[self.problem.supports.vertical_dofs].sum())
         row = {
             "tool_force": self.copies * self.vertical_force("tool"),

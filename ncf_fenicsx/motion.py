@@ -54,8 +54,11 @@ def displacement(path: tuple[Segment, ...], time: float) -> Vector:
     return total[0], total[1], total[2]
 
 
+def segment_number(path: tuple[Segment, ...], time: float) -> int:
+    """Number of the segment that ends at or after a time (s), the last one after the end."""
+    return max(min(bisect_left(milestones(path), time * (1 - 1e-12)), len(path) - 1), 0)
+
+
 def speed(path: tuple[Segment, ...], time: float) -> float:
     """PositiveSpeed (m/s) of the tool in the segment that ends at or after a time (s), zero in a hold."""
-    ends = milestones(path)
-    segment = path[min(bisect_left(ends, time * (1 - 1e-12)), len(path) - 1)]
-    return segment.speed or 0.0
+    return path[segment_number(path, time)].speed or 0.0

@@ -7,13 +7,13 @@ from typing import Any
 import basix.ufl
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, motion
 from ncf_fenicsx.contact import AT_NODES, penalty_work
 from ncf_fenicsx.hexahedra import TAGS
-from ncf_fenicsx.interface import PairedContact, pair_nodes
+from ncf_fenicsx.interface import LayerContact, PairedContact, pair_nodes
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.scene import OneSided, Scene
@@ -30,13 +30,15 @@ PENALTY_VOLUME_FRACTION = 0.60
 class Problem:
     """Fields and forms of a scene on its mesh.
 
-    Only what the scene names is built: no contact form without a tool, no pairs in a bonded stack.
+    Only what the scene names is built: no contact form without a tool, no pairs in a bonded stack, no copy of the last
+    iterate for a plain tangent.
 
     Attributes:
         displacement: trial displacement in m, P1.
-        last_iterate: displacement of the Newton iterate before, for the extrapolated tangent.
+        last_iterate: displacement of the Newton iterate before; None unless the tangent extrapolates from it.
         terms: named terms of the residual; their sum is what is solved.
         states: committed state fields at quadrature points, by name.
+        coupling: contact between layers; None where the scene has none.
         tip: constant that holds the place of the tool's tip in m.
     """
 
@@ -44,7 +46,8 @@ class Problem:
         self.scene, self.stack, self.mesh, self.comm = scene, stack, stack.mesh, stack.mesh.comm
         self.length = scene.stack.thickness
         self.space = fem.functionspace(self.mesh, ("Lagrange", 1, (3,)))
-        self.displacement, self.last_iterate = fem.Function(self.space), fem.Function(self.space)
+        self.displacement = fem.Function(self.space)
+        self.last_iterate = fem.Function(self.space) if scene.solver.tangent == "extrapolated" else None
         self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
         self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=stack.facet_tags)
@@ -54,17 +57,16 @@ class Problem:
         self.terms = self._terms()
         self.residual_form = compat.compile_form(sum(self.terms.values()))
         self.tangent_form = compat.compile_form(self._tangent())
-        self._build_interfaces()
+        self.coupling = self._layer_contact()
         self._build_states()
         self._committed = self.displacement.x.array.copy()
         self._velocity = np.zeros_like(self._committed)
+        self._segment = 0
         self._move_tool(0.0)
 
     def constant(self, value: Any) -> Any:
         """Named constant of the compiled forms."""
         return fem.Constant(self.mesh, np.asarray(value, dtype=float))
-
-    # -- what is solved ------------------------------------------------------------------------------------------
 
     def _bind_laws(self) -> BoundLaws:
         laws = self.scene.laws
@@ -90,7 +92,7 @@ class Problem:
     def _tangent(self) -> ufl.Form:
         u, v, du = self.displacement, self.variation, self.increment
         tangent = ufl.derivative(sum(self.terms.values()), u, du)
-        if self.scene.solver.tangent == "extrapolated":
+        if self.last_iterate is not None:
             tangent += extrapolated_membrane_tangent(self.laws, u, self.last_iterate, v, du, self.dx)
         return tangent
 
@@ -129,62 +131,26 @@ class Problem:
         self.states = {"volume_fraction": fem.Function(space, name="volume_fraction")}
         self.states["volume_fraction"].x.array[:] = self.scene.stack.initial_volume_fraction
 
-    # -- layers on layers ----------------------------------------------------------------------------------------
-
-    def _build_interfaces(self) -> None:
-        """Pair the facing nodes of separate layers; a bonded stack has none."""
-        self.contact: PairedContact | None = None
-        self.coupled_nodes: Any = np.zeros((0, 2), dtype=np.int32)
+    def _layer_contact(self) -> LayerContact | None:
+        """Contact between separate layers; a bonded stack, or a single layer, has none."""
         interface = self.scene.interface
         if not isinstance(interface, OneSided) or self.scene.stack.layers == 1:
-            return
-        self.coupled_nodes = pair_nodes(self.space, self.stack)
-        lower, upper = self.coupled_nodes.T
+            return None
+        nodes = pair_nodes(self.space, self.stack)
         x = self.space.tabulate_dof_coordinates()
-        distance = x[upper] - x[lower]
+        distance = x[nodes[:, 1]] - x[nodes[:, 0]]
         distance[np.abs(distance) < 1e-6 * self.length] = 0.0  # round-off must not decide which pairs touch
-        penalty = interface.penalty.resolve(self.natural_stiffness)
-        self.contact = PairedContact(self.coupled_nodes, distance, penalty, interface.stitching)
+        pairs = PairedContact(nodes, distance, interface.penalty.resolve(self.natural_stiffness), interface.stitching)
         normal = self.laws.kinematics(self.displacement).area_vector
         face = self.ds(TAGS["lower"], metadata=AT_NODES)
-        self._area_form = compat.compile_form(ufl.inner(normal, self.variation) * face)
-        self._pair_area = np.linalg.norm(self._area_vectors(), axis=1)
-        self._update_normals()
-
-    def _area_vectors(self) -> Floats:
-        """Current normal times area of each pair's lower node in m2, shape (pairs, 3)."""
-        vector = fem.assemble_vector(self._area_form)
-        vector.scatter_reverse(la.InsertMode.add)
-        vector.scatter_forward()
-        return vector.array.reshape(-1, 3)[self.coupled_nodes[:, 0]]
-
-    def _update_normals(self) -> None:
-        area = self._area_vectors()
-        self._pair_normal = area / np.linalg.norm(area, axis=1)[:, None]
-
-    @property
-    def interface_gap(self) -> Floats:
-        """Opening of this rank's node pairs in m."""
-        if self.contact is None:
-            return np.zeros(0)
-        return self.contact.gap(self.displacement.x.array.reshape(-1, 3), self._pair_normal)
-
-    def coupling_residual(self) -> Floats:
-        """Forces of the pairs in N, shape (pairs, 2, 3)."""
-        assert self.contact is not None
-        return self.contact.residual(self.displacement.x.array.reshape(-1, 3), self._pair_normal, self._pair_area)
-
-    def coupling_tangent(self) -> Floats:
-        """Stiffness of the pairs in N/m, shape (pairs, 6, 6)."""
-        assert self.contact is not None
-        return self.contact.tangent(self.displacement.x.array.reshape(-1, 3), self._pair_normal, self._pair_area)
-
-    # -- trial and committed state -------------------------------------------------------------------------------
+        return LayerContact(self.displacement, pairs, compat.compile_form(ufl.inner(normal, self.variation) * face))
 
     def begin(self, time: float, size: float) -> None:
         """Put the tool where it is after a step from ``time`` by ``size`` (s), and predict the displacement."""
-        self.last_iterate.x.array[:] = self._committed
-        self.displacement.x.array[:] = self._committed + size * self._velocity
+        if self.last_iterate is not None:
+            self.last_iterate.x.array[:] = self._committed
+        same_way = motion.segment_number(self.scene.path, time + size) == self._segment
+        self.displacement.x.array[:] = self._committed + (size * self._velocity if same_way else 0.0)
         self._move_tool(time + size)
 
     def defect(self) -> str | None:
@@ -200,8 +166,9 @@ class Problem:
         self._committed = trial.copy()
         for name, field in self.states.items():
             field.interpolate(self._state_expressions[name])
-        if self.contact is not None:
-            self._update_normals()
+        if self.coupling is not None:
+            self.coupling.update_normals()
+        self._segment = motion.segment_number(self.scene.path, self._time)
 
     def rollback(self, time: float) -> None:
         """Return to the committed state at ``time`` (s), bit for bit."""
@@ -209,6 +176,7 @@ class Problem:
         self._move_tool(time)
 
     def _move_tool(self, time: float) -> None:
+        self._time = time
         tool = self.scene.tool
         if tool is None:
             return

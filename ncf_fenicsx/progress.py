@@ -6,6 +6,7 @@ import sys
 from types import TracebackType
 from typing import Self
 
+from mpi4py import MPI
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
@@ -16,16 +17,17 @@ class Progress:
 
     Args:
         duration: time at the end in s.
-        visible: whether this rank shows anything.
+        comm: ranks of the run; rank 0 shows, and a bar only where it is alone, for mpirun puts every rank's output on a
+            terminal of its own.
     """
 
-    def __init__(self, duration: float, visible: bool) -> None:
-        self.duration, self.visible = duration, visible
+    def __init__(self, duration: float, comm: MPI.Comm) -> None:
+        self.visible = comm.rank == 0
         self.bar: Bar | None = None
-        if visible and sys.stdout.isatty():
+        if comm.size == 1 and sys.stdout.isatty():
             columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
             self.bar = Bar(*columns, console=Console())
-            self._task = self.bar.add_task("first solve, compiling forms", total=duration)
+            self._task = self.bar.add_task("first solve", total=duration)
 
     def __enter__(self) -> Self:
         if self.bar is not None:
@@ -36,6 +38,11 @@ class Progress:
         del kind, error, trace
         if self.bar is not None:
             self.bar.stop()
+
+    def note(self, text: str) -> None:
+        """Say what goes on before the first step."""
+        if self.visible:
+            print(text, flush=True)
 
     def show(self, row: dict[str, float]) -> None:
         """Show an accepted step."""

@@ -65,16 +65,17 @@ class Simulation:
     def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool) -> None:
         self.scene, self.comm, self.phases = scene, comm, Phases()
         self.milestones = path_milestones(scene)
+        self.progress = Progress(self.milestones[-1], comm)
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
         on_root(comm, lambda: prepare_folder(folder, overwrite))
+        self.progress.note("compiling forms: seconds the first time, none after")
         with self.phases("forms"):
             self.problem = Problem(scene, stack)
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases)
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
-        self.progress = Progress(self.milestones[-1], comm.rank == 0)
         self.history: list[dict[str, float]] = []
         self.iterations = 0
         self._cuts_before = 0
@@ -145,6 +146,7 @@ class Simulation:
     def _record(self, ended: March, memory: float) -> dict[str, Any]:
         return {
             "title": self.scene.title,
+            "settings": self.scene.model_dump(),
             "ending": ended.ending.value,
             "reason": ended.reason,
             "time": ended.time,

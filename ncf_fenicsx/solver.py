@@ -21,17 +21,32 @@ ADD, INSERT = PETSc.InsertMode.ADD, PETSc.InsertMode.INSERT
 FORWARD, REVERSE = PETSc.ScatterMode.FORWARD, PETSc.ScatterMode.REVERSE
 
 
+class Coupling(Protocol):
+    """Forces between pairs of nodes, beside the compiled forms.
+
+    Attributes:
+        nodes: pairs of this rank's local nodes, shape (pairs, 2).
+    """
+
+    nodes: Integers
+
+    def residual(self) -> Floats:
+        """Residual of the pairs in N, shape (pairs, 2, 3)."""
+
+    def tangent(self) -> Floats:
+        """Tangent of the pairs in N/m, shape (pairs, 6, 6)."""
+
+
 class System(Protocol):
-    """What is solved: compiled forms, constraints, and couplings of nodes beside the forms.
+    """What is solved: compiled forms, constraints, and a coupling of nodes beside the forms.
 
     Attributes:
         displacement: unknown field, three components a node.
-        last_iterate: field that the tangent reads the previous iterate from.
+        last_iterate: field that the tangent reads the previous iterate from; None if it needs none.
         residual_form: compiled linear form.
         tangent_form: compiled bilinear form.
         supports: homogeneous Dirichlet conditions; the reactions of their vertical dofs measure the load.
         length: length in m that increments are measured against.
-        coupled_nodes: pairs of local nodes that couple, shape (pairs, 2).
     """
 
     displacement: Any
@@ -40,17 +55,14 @@ class System(Protocol):
     tangent_form: Any
     supports: Supports
     length: float
-    coupled_nodes: Any
 
     @property
     def force_floor(self) -> float:
         """Norm of the forces in N that round-off leaves unbalanced."""
 
-    def coupling_residual(self) -> Floats:
-        """Residual of the pairs in N, shape (pairs, 2, 3)."""
-
-    def coupling_tangent(self) -> Floats:
-        """Tangent of the pairs in N/m, shape (pairs, 6, 6)."""
+    @property
+    def coupling(self) -> Coupling | None:
+        """Couplings of nodes beside the forms, None on all ranks if there are none."""
 
 
 @dataclass(frozen=True)
@@ -124,8 +136,9 @@ class Newton:
 
     def _matrix(self) -> Any:
         pattern = compat.sparsity_pattern(self.system.tangent_form)
-        for pair in self.system.coupled_nodes:
-            pattern.insert(pair, pair)
+        if self.system.coupling is not None:
+            for pair in self.system.coupling.nodes:
+                pattern.insert(pair, pair)
         pattern.finalize()
         matrix = compat.create_matrix(self.comm, pattern)
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
@@ -157,10 +170,9 @@ class Newton:
         with b.localForm() as local:
             local.set(0.0)
         fem_petsc.assemble_vector(b, system.residual_form)
-        if len(system.coupled_nodes):
+        if system.coupling is not None:
             with b.localForm() as local:
-                blocks = local.array.reshape(-1, 3)
-                np.add.at(blocks, system.coupled_nodes, system.coupling_residual())
+                np.add.at(local.array.reshape(-1, 3), system.coupling.nodes, system.coupling.residual())
         b.ghostUpdate(ADD, REVERSE)
         return b
 
@@ -180,20 +192,19 @@ class Newton:
             self._take(x)
             A.zeroEntries()
             fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
-            if self.comm.allreduce(len(system.coupled_nodes)):
+            if system.coupling is not None:
                 A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-                self._add_couplings(A)
+                self._add_coupling(A, system.coupling)
             A.assemble()
-            system.last_iterate.x.array[:] = system.displacement.x.array
+            if system.last_iterate is not None:
+                system.last_iterate.x.array[:] = system.displacement.x.array
 
-    def _add_couplings(self, A: Any) -> None:
-        pairs = self.system.coupled_nodes
-        if not len(pairs):
-            return
-        dofs = (3 * pairs[:, :, None] + np.arange(3)).reshape(-1, 6)
+    def _add_coupling(self, A: Any, coupling: Coupling) -> None:
+        dofs = (3 * coupling.nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
         free = ~np.isin(dofs, self.system.supports.dofs)
-        blocks = self.system.coupling_tangent() * (free[:, :, None] & free[:, None, :])
-        A.setValuesBlockedLocalRCV(pairs, pairs, blocks, ADD)
+        blocks = coupling.tangent() * (free[:, :, None] & free[:, None, :])
+        if len(blocks):
+            A.setValuesBlockedLocalRCV(coupling.nodes, coupling.nodes, blocks, ADD)
 
     def _cap(self, x: Any, step: Any) -> None:
         del x
