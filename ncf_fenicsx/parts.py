@@ -66,6 +66,8 @@ def kinds(family: str) -> dict[str, type[Part]]:
 
 def nearest(word: str, words: list[str]) -> str:
     """Advice on a misspelt word: the one meant, or all there are."""
+    if not words:
+        return "it takes none"
     close = difflib.get_close_matches(word, words, n=1)
     return f"did you mean {close[0]!r}?" if close else "expected one of " + ", ".join(sorted(words))
 

@@ -6,6 +6,19 @@ from typing import Any
 
 from pydantic import ValidationError
 
+_WORDS = {
+    "model_type": "expected a table",
+    "tuple_type": "expected a list",
+    "too_short": "expected at least one entry",
+    "missing": "expected one more entry",
+    "int_parsing": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "int_type": "expected a whole number",
+    "float_parsing": "expected a number",
+    "bool_parsing": "expected true or false",
+}
+"""Own words where pydantic's speak of Python; its other messages are clear to a reader of TOML."""
+
 
 class SceneError(ValueError):
     """A scene that cannot be run; its message names the key, the value and what was expected."""
@@ -20,7 +33,8 @@ def one_line(error: ValidationError) -> str:
     if "key" in context:
         path.append(str(context["key"]))
     value = context.get("value", first["input"])
-    words = first["msg"].removeprefix("Value error, ").replace("Input should be", "expected").replace("\n", " ")
+    words = _WORDS.get(first["type"]) or first["msg"].removeprefix("Value error, ").replace("\n", " ")
+    words = words.replace("Input should be", "expected")
     others = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     if first["type"] == "value_error" and isinstance(value, dict):
         return f"{'.'.join(path) or 'scene'}: {words}{others}"

@@ -32,12 +32,19 @@ WRONG = {
     "overfull fabric": (["stack.areal_density=4 kg/m^2"], "expected less than 1"),
     "through one layer only": (["stack.through=[1, 2]"], "through has 2 numbers; expected one for each of 4 layers"),
     "nothing holds it": (["stack.sides.x_min=free"], "nothing keeps the layers from sliding away"),
-    "empty path": (["tool.path=[]"], "tool.path = []"),
+    "empty path": (["tool.path=[]"], "tool.path = []: expected at least one entry"),
+    "table expected": (["laws=3"], "laws = 3: expected a table"),
+    "list expected": (["stack.divisions=3"], "stack.divisions = 3: expected a list"),
+    "whole number expected": (["stack.layers=x"], "stack.layers = 'x': expected a whole number"),
+    "nothing to choose": (
+        ["interface={kind='bonded', penalty=1}"],
+        "interface.penalty = 1: unknown key; it takes none",
+    ),
     "travel without speed": (["tool.path=[{travel=['0 mm','0 mm','-1 mm']}]"], "expected either travel"),
     "penalty zero": (["tool.penalty=0"], "tool.penalty = 0: expected a positive factor"),
     "mesh missing": (["stack.mesh=none.msh"], "the mesh file gives"),
     "set without value": (["stack.layers"], "expected KEY=VALUE"),
-    "not a number": (["laws.compaction.beta2=many"], "laws.compaction.beta2 = 'many'"),
+    "not a number": (["laws.compaction.beta2=many"], "laws.compaction.beta2 = 'many': expected a number"),
 }
 
 
