@@ -11,6 +11,7 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from ncf_fenicsx import motion
 from ncf_fenicsx.kinematics import Expression, Kinematics
 from ncf_fenicsx.motion import Segment
 from ncf_fenicsx.parts import Part, parameter
@@ -83,6 +84,11 @@ class Tool(Part):
         1000.0,
         description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness",
     )
+
+    def tip(self, top: float, time: float) -> NDArray[np.float64]:
+        """Place of the tip (m) at a time (s), over a stack whose undeformed top is at the height ``top`` (m)."""
+        start = np.array([*self.position, top + self.clearance])
+        return start + motion.displacement(self.path, time)
 
     @abstractmethod
     def signed_distance(self, point: Expression) -> Expression:

@@ -153,36 +153,44 @@ def mark_interfaces(stack: Hexahedra) -> Hexahedra:
     return Hexahedra(stack.points, stack.cells, stack.layer, flat.reshape(-1, 6))
 
 
-def check_cells(stack: Hexahedra) -> None:
-    """Raise a SceneError that names the first inverted or degenerate cell: J <= 0 at a corner, per length cubed."""
+def corner_volumes(stack: Hexahedra) -> Floats:
+    """Jacobian at each corner of each cell in m3, shape (cells, 8); equal to the volume where edges are parallel."""
     corners = stack.points[stack.cells]
-    size = np.ptp(corners, axis=1).max(axis=1)
+    volumes = np.empty(corners.shape[:2])
     for corner in range(8):
         along = [corners[:, corner ^ bit] - corners[:, corner] for bit in (1, 2, 4)]
         sign = (-1.0) ** bin(corner).count("1")
-        volume = sign * np.einsum("ij,ij->i", np.cross(along[0], along[1]), along[2])
-        thinnest = np.min([np.linalg.norm(edge, axis=1) for edge in along], axis=0)
-        bad = np.flatnonzero(volume <= 1e-6 * size**2 * thinnest)
-        if len(bad):
-            what = "inverted" if volume[bad[0]] < 0 else "degenerate"
-            where = _place(corners[bad[0]].mean(axis=0))
-            raise SceneError(f"mesh: cell {bad[0]} at {where} is {what}; expected hexahedra with positive volume")
+        volumes[:, corner] = sign * np.einsum("ij,ij->i", np.cross(along[0], along[1]), along[2])
+    return volumes
+
+
+def check_cells(stack: Hexahedra) -> None:
+    """Raise a SceneError that names the first inverted or degenerate cell, by the Jacobian at its corners."""
+    corners = stack.points[stack.cells]
+    extent = np.sort(np.ptp(corners, axis=1), axis=1)
+    smallest = corner_volumes(stack).min(axis=1)
+    bad = np.flatnonzero(smallest <= 1e-6 * extent.prod(axis=1) + 1e-18 * extent[:, 2] ** 3)
+    if len(bad):
+        what = "inverted" if smallest[bad[0]] < 0 else "degenerate"
+        where = _place(corners[bad[0]].mean(axis=0))
+        raise SceneError(f"mesh: cell {bad[0]} at {where} is {what}; expected hexahedra with positive volume")
 
 
 def columns(stack: Hexahedra, parts: int) -> Integers:
     """Part of each cell: whole columns of cells over each other, about equally many cells in each part."""
     centres = stack.points[stack.cells].mean(axis=1)
-    flat = centres * [1.0, 1.0, 0.0]
-    _, column = np.unique(
-        np.round(flat[:, :2] / (1e-7 * np.ptp(stack.points, axis=0).max())), axis=0, return_inverse=True
-    )
+    grid = 1e-7 * np.ptp(stack.points, axis=0).max()
+    _, column = np.unique(np.round(centres[:, :2] / grid), axis=0, return_inverse=True)
+    column = column.ravel()
+    members = np.bincount(column)
+    places = np.stack([np.bincount(column, centres[:, axis]) / members for axis in (0, 1)], axis=1)
     part = np.zeros(len(centres), dtype=np.int64)
-    _bisect(flat[:, :2], column.ravel(), np.arange(len(centres)), 0, parts, part)
+    _bisect(places[column], column, np.arange(len(centres)), 0, parts, part)
     return part
 
 
 def _bisect(places: Floats, column: Integers, members: Integers, first: int, parts: int, part: Integers) -> None:
-    if parts == 1:
+    if parts == 1 or not len(members):
         part[members] = first
         return
     axis = int(np.argmax(np.ptp(places[members], axis=0)))

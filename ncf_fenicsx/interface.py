@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ncf_fenicsx.mesh import StackMesh
+from ncf_fenicsx.scene_errors import SceneError
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -116,14 +117,16 @@ def pair_nodes(space: Any, stack: StackMesh) -> Integers:
     Each pair stands on the rank that owns its lower node; since ranks hold whole columns, the upper one is there too.
 
     Raises:
-        RuntimeError: a node has no partner, which the mesh's checks exclude.
+        SceneError: a node has no partner.
     """
     lower, upper = (face_nodes(space, stack.facets(name)) for name in ("lower", "upper"))
     lower = lower[lower < space.dofmap.index_map.size_local]
     x = space.tabulate_dof_coordinates()
     distance, partner = cKDTree(x[upper]).query(x[lower]) if len(upper) else (np.zeros(0), np.zeros(0, dtype=int))
     comm = stack.mesh.comm
-    found = comm.allreduce(int(np.count_nonzero(distance <= 1e-6 * stack.top)))
+    found = comm.allreduce(int(np.count_nonzero(distance <= 1e-6 * stack.extent)))
     if found != stack.interface_nodes:
-        raise RuntimeError(f"{found} of {stack.interface_nodes} node pairs between layers found")
+        raise SceneError(
+            f"mesh: {found} of {stack.interface_nodes} nodes between layers have partners; expected columns along z"
+        )
     return np.stack([lower, upper[partner]], axis=1).astype(np.int32)

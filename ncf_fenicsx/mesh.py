@@ -28,6 +28,7 @@ class StackMesh:
         facet_tags: DOLFINx tags of the facets, numbered as in ``TAGS``.
         interface_nodes: number of node pairs between layers over all ranks.
         top: height of the undeformed stack's top in m.
+        extent: largest of its extents along the axes in m.
     """
 
     mesh: Any
@@ -35,6 +36,7 @@ class StackMesh:
     facet_tags: Any
     interface_nodes: int
     top: float
+    extent: float
 
     def facets(self, name: str) -> Integers:
         """Local facets with a tag."""
@@ -48,9 +50,9 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell.
     """
     stack = on_root(comm, lambda: stack_of(scene))
-    parts = hexahedra.columns(stack, comm.size) if comm.rank == 0 else np.zeros(0, dtype=np.int64)
+    parts = hexahedra.columns(stack, comm.size)
     held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
-    mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts)
+    mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts[held])
     origin = mesh.topology.original_cell_index
     return StackMesh(
         mesh=mesh,
@@ -58,6 +60,7 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         facet_tags=_facet_tags(mesh, stack.face_tags[origin]),
         interface_nodes=_interface_nodes(stack),
         top=float(stack.points[:, 2].max()),
+        extent=float(np.ptp(stack.points, axis=0).max()),
     )
 
 
@@ -68,7 +71,9 @@ def stack_of(scene: Scene) -> Hexahedra:
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
     bonded = isinstance(scene.interface, Bonded)
-    return hexahedra.mark_interfaces(hexahedra.bond_layers(stack) if bonded else hexahedra.split_layers(stack))
+    stack = hexahedra.mark_interfaces(hexahedra.bond_layers(stack) if bonded else hexahedra.split_layers(stack))
+    _check_thickness(scene.stack, stack)
+    return stack
 
 
 def _extruded(scene: Scene) -> Hexahedra:
@@ -89,6 +94,22 @@ def _check_sides(settings: Stack, stack: Hexahedra) -> None:
     for name in ["bottom", "top", *held]:
         if not np.any(stack.face_tags == TAGS[name]):
             raise SceneError(f"mesh: no facets named {name!r}; expected them, the scene holds or presses that face")
+
+
+def _check_thickness(settings: Stack, stack: Hexahedra) -> None:
+    """Vf0, weight and contact stiffness come from the scene's thickness: the mesh must have it, on a flat bottom."""
+    quads = stack.points[stack.cells[:, hexahedra.FACES].reshape(-1, 4)]
+    bottom = quads[(stack.face_tags == TAGS["bottom"]).ravel()]
+    if np.ptp(bottom[:, :, 2]) > 1e-3 * settings.thickness:
+        raise SceneError("mesh: the bottom is not flat; expected a stack on a plane at one height z")
+    area = np.abs(np.cross(bottom[:, 1] - bottom[:, 0], bottom[:, 2] - bottom[:, 0])[:, 2]).sum()
+    volume = np.bincount(stack.layer, hexahedra.corner_volumes(stack).mean(axis=1), settings.layers)
+    for layer, thickness in enumerate(volume / area):
+        if abs(thickness / settings.thickness - 1) > 0.02:
+            raise SceneError(
+                f"mesh: layer {layer + 1} is {1e3 * thickness:.4g} mm thick on average; "
+                f"expected stack.thickness = {1e3 * settings.thickness:.4g} mm (a mesh's lengths are metres)"
+            )
 
 
 def _facet_tags(mesh: Any, face_tags: Integers) -> Any:

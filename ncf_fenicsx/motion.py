@@ -60,5 +60,5 @@ def segment_number(path: tuple[Segment, ...], time: float) -> int:
 
 
 def speed(path: tuple[Segment, ...], time: float) -> float:
-    """PositiveSpeed (m/s) of the tool in the segment that ends at or after a time (s), zero in a hold."""
+    """Speed (m/s) of the tool in the segment that ends at or after a time (s), zero in a hold."""
     return path[segment_number(path, time)].speed or 0.0

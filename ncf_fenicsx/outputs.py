@@ -17,6 +17,9 @@ from ncf_fenicsx.parallel import gather_rows, on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene_errors import SceneError
 
+CELL_FIELDS = ("volume_fraction", "stress_33")
+FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png")
+
 
 def prepare_folder(folder: Path, overwrite: bool) -> None:
     """Make the folder for results.
@@ -26,12 +29,12 @@ def prepare_folder(folder: Path, overwrite: bool) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise SceneError(f"{folder}: is a file; expected a folder for the results")
-    if folder.exists() and any(folder.iterdir()) and not overwrite:
-        raise SceneError(f"{folder}: holds results already; name another folder with --out, or allow --overwrite")
     try:
+        if folder.exists() and any(folder.iterdir()) and not overwrite:
+            raise SceneError(f"{folder}: holds results already; name another folder with --out, or allow --overwrite")
         (folder / "fields").mkdir(parents=True, exist_ok=True)
-        for old in (folder / "fields").glob("*.vtu"):
-            old.unlink()
+        for old in [*(folder / "fields").glob("*.vtu"), *(folder / name for name in FILES)]:
+            old.unlink(missing_ok=True)
     except OSError as error:
         raise SceneError(f"{folder}: {error.strerror}; expected a folder that can be written to") from error
 
@@ -99,6 +102,3 @@ class Results:
         entries = "".join(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>\n' for time, name in self.snapshots)
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
         (self.folder / "fields.pvd").write_text(f"{head}{entries}</Collection>\n</VTKFile>\n", encoding="utf-8")
-
-
-CELL_FIELDS = ("volume_fraction", "stress_33")

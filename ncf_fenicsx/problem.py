@@ -108,7 +108,7 @@ class Problem:
         """Norm of the forces in N that round-off in the fibres' stress leaves unbalanced."""
         comm = self.comm
         cells = comm.allreduce(len(self.stack.layer))
-        volume = comm.allreduce(float(fem.assemble_scalar(fem.form(self.constant(1.0) * self.dx))))
+        volume = comm.allreduce(float(fem.assemble_scalar(compat.compile_form(self.constant(1.0) * self.dx))))
         face = (volume / cells) ** (2 / 3)
         return float(np.finfo(float).eps * self.scene.laws.in_plane.stiffness * face * np.sqrt(cells))
 
@@ -156,8 +156,10 @@ class Problem:
     def defect(self) -> str | None:
         """Why the trial state is impossible, in words; None if it is possible."""
         trial = self._state_expressions["volume_fraction"].eval(self.mesh, self._cells)
-        wrong = self.comm.allreduce(int(np.count_nonzero((trial <= 0) | (trial >= 1))))
-        return f"fibre volume fraction outside (0, 1) at {wrong} points: elements inverted" if wrong else None
+        wrong = self.comm.allreduce(int(np.count_nonzero(~((trial > 0) & (trial < 1)))))
+        if not wrong:
+            return None
+        return f"fibre volume fraction outside (0, 1) at {wrong} points: inverted or beyond solid fibre"
 
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""
@@ -180,6 +182,5 @@ class Problem:
         tool = self.scene.tool
         if tool is None:
             return
-        start = np.array([*tool.position, self.stack.top + tool.clearance])
-        self.tip.value[:] = start + motion.displacement(tool.path, time)
+        self.tip.value[:] = tool.tip(self.stack.top, time)
         self.speed.value = motion.speed(tool.path, time)

@@ -14,13 +14,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ncf_fenicsx import motion
 from ncf_fenicsx.scene import Scene
 
 Floats = NDArray[np.float64]
 MM = 1e3
-FRONT = [0, 1, 5, 4]
-"""Corners of a VTK hexahedron's face at its lowest y."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +26,12 @@ class Section:
 
     Attributes:
         quads: deformed corners in the x-z plane in m, shape (cells, 4, 2).
+        places: undeformed centres of the quads in m, shape (cells, 2).
         volume_fraction: Vf of each cell.
     """
 
     quads: Floats
+    places: Floats
     volume_fraction: Floats
 
 
@@ -40,14 +39,16 @@ def draw_summary(folder: Path) -> Path:
     """Draw ``summary.png`` of a results folder."""
     scene = Scene.from_table(tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8")))
     history = read_history(folder / "history.csv")
-    last = sorted((folder / "fields").glob("*.vtu"))[-1]
-    section = cut(meshio.read(last), 0.0 if scene.tool is None else scene.tool.position[1])
+    mesh = meshio.read(sorted((folder / "fields").glob("*.vtu"))[-1])
+    time, top = float(history["time"][-1]), float(mesh.points[:, 2].max())
+    tip = np.zeros(3) if scene.tool is None else scene.tool.tip(top, time)
+    section = cut(mesh, tip[1])
     figure = Figure(figsize=(12, 7.5), layout="constrained")
     axes = figure.subplot_mosaic([["force", "profile"], ["section", "section"]], height_ratios=[1, 0.9])
-    figure.suptitle(f"{scene.title}: {history['time'][-1]:.4g} s")
+    figure.suptitle(f"{scene.title}: {time:.4g} s")
     _draw_force(axes["force"], history)
-    _draw_profile(axes["profile"], section, scene)
-    _draw_section(figure, axes["section"], section, scene, float(history["time"][-1]))
+    _draw_profile(axes["profile"], section, tip[0], scene.stack.initial_volume_fraction)
+    _draw_section(figure, axes["section"], section, scene, tip)
     FigureCanvasAgg(figure).print_png(folder / "summary.png")
     return folder / "summary.png"
 
@@ -58,14 +59,19 @@ def read_history(path: Path) -> Any:
 
 
 def cut(mesh: meshio.Mesh, y: float) -> Section:
-    """Cells of a field file whose undeformed y range holds ``y`` (m)."""
+    """Cells of a field file whose undeformed y range holds ``y`` (m), by their faces at the lowest y."""
     cells = mesh.cells_dict["hexahedron"]
     corners = mesh.points[cells][:, :, 1]
     low, high = corners.min(axis=1), corners.max(axis=1)
     y = min(max(y, low.min()), high.max() - 1e-9 * np.ptp(corners))
     held = np.flatnonzero((low <= y + 1e-12) & (y < high - 1e-12))
-    deformed = (mesh.points + mesh.point_data["displacement"])[cells[held]][:, FRONT][:, :, [0, 2]]
-    return Section(deformed, mesh.cell_data_dict["volume_fraction"]["hexahedron"][held])
+    front = np.take_along_axis(cells[held], np.argsort(corners[held], axis=1, kind="stable")[:, :4], axis=1)
+    flat = mesh.points[front][:, :, [0, 2]]
+    around = flat - flat.mean(axis=1, keepdims=True)
+    order = np.argsort(np.arctan2(around[:, :, 1], around[:, :, 0]), axis=1)
+    nodes = np.take_along_axis(front, order, axis=1)
+    deformed = (mesh.points + mesh.point_data["displacement"])[nodes][:, :, [0, 2]]
+    return Section(deformed, flat.mean(axis=1), mesh.cell_data_dict["volume_fraction"]["hexahedron"][held])
 
 
 def _draw_force(axes: Any, history: Any) -> None:
@@ -74,24 +80,23 @@ def _draw_force(axes: Any, history: Any) -> None:
     axes.grid(alpha=0.3)
 
 
-def _draw_profile(axes: Any, section: Section, scene: Scene) -> None:
+def _draw_profile(axes: Any, section: Section, x: float, undeformed: float) -> None:
     """Vf over height in the column of cells nearest to the tool's tip."""
-    x = 0.0 if scene.tool is None else scene.tool.position[0]
     middle = section.quads.mean(axis=1)
-    nearest = np.abs(middle[:, 0] - x).min()
-    column = np.flatnonzero(np.abs(middle[:, 0] - x) <= nearest + 1e-3 * scene.stack.thickness)
+    distance = np.abs(section.places[:, 0] - x)
+    column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.places[:, 0]) + 1e-12)
     column = column[np.argsort(middle[column, 1])]
     for cell in column:
         low, high = section.quads[cell][:, 1].min(), section.quads[cell][:, 1].max()
         axes.plot([section.volume_fraction[cell]] * 2, [MM * low, MM * high], "-", color="C3", linewidth=3)
     axes.plot(section.volume_fraction[column], MM * middle[column, 1], "o", color="C3", markersize=4)
-    axes.axvline(scene.stack.initial_volume_fraction, color="grey", linestyle=":", label="undeformed")
+    axes.axvline(undeformed, color="grey", linestyle=":", label="undeformed")
     axes.set(xlabel="fibre volume fraction", ylabel="height (mm)", title="Vf through the stack under the tool")
     axes.legend(loc="lower right")
     axes.grid(alpha=0.3)
 
 
-def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, time: float) -> None:
+def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip: Floats) -> None:
     quads, values = section.quads, section.volume_fraction
     if scene.stack.sides.x_min == "symmetry":
         left = quads[:, :, 0].min()
@@ -100,11 +105,9 @@ def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tim
     cells = PolyCollection(list(MM * quads), array=values, cmap="viridis", edgecolors="black", linewidths=0.3)
     axes.add_collection(cells)
     figure.colorbar(cells, ax=axes, label="fibre volume fraction", shrink=0.9)
+    x, _, z = tip
     top = quads[:, :, 1].max()
-    x, z = 0.0, top
     if scene.tool is not None:
-        start = np.array([*scene.tool.position, scene.stack.layers * scene.stack.thickness + scene.tool.clearance])
-        x, _, z = start + motion.displacement(scene.tool.path, time)
         axes.plot(*(MM * (scene.tool.section() + np.array([x, z]))).T, color="black", linewidth=1.5)
     reach = 2.2 * scene.stack.layers * scene.stack.thickness
     low, high = max(x - reach, quads[:, :, 0].min()), min(x + reach, quads[:, :, 0].max())

@@ -154,6 +154,13 @@ class Solver(Settings):
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
     increment_cap: float = parameter(0.3, gt=0, description="largest nodal increment over the layer's thickness")
 
+    @model_validator(mode="after")
+    def _steps_in_order(self) -> Self:
+        given = [step for step in (self.smallest_step, self.first_step, self.largest_step) if step is not None]
+        if given != sorted(given):
+            raise ValueError("expected smallest_step <= first_step <= largest_step")
+        return self
+
 
 class Output(Settings):
     """What a run writes."""

@@ -123,10 +123,10 @@ class Simulation:
         with self.phases("output"):
             if self.history and self.comm.bcast(not written or written[-1] != ended.time):
                 self.results.fields(ended.time)
-            if self.scene.output.picture and self.history:
-                on_root(self.comm, lambda: draw_summary(self.results.folder))
         memory = self.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
         self.results.record(self._record(ended, memory))
+        if self.scene.output.picture and self.history:
+            on_root(self.comm, lambda: draw_summary(self.results.folder))
 
     def _row(self, progress: March, size: float, outcome: Outcome, residual: np.ndarray) -> dict[str, float]:
         values = self.measures.row(residual) | {

@@ -73,24 +73,25 @@ class Outcome:
         converged: whether the solution holds.
         iterations: Newton iterations.
         reason: in words, why it ended.
-        residual: norm of the out-of-balance forces in N.
     """
 
     converged: bool
     iterations: int
     reason: str
-    residual: float = np.nan
 
 
 REASONS = {
     PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "Newton's method did not converge",
     PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
-    PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed on a singular tangent",
-    PETSc.SNES.ConvergedReason.DIVERGED_DTOL: "the residual diverged",
+    PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed: singular tangent or not enough memory",
 }
 
 
 FLOOR_INCREMENT = 1e-3
+OPTIONS = {
+    "snes_linesearch_type": "basic",
+    "mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
+}
 
 
 class Newton:
@@ -121,14 +122,12 @@ class Newton:
         system = self.system
         self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
         with self.phases("solve"):
-            try:
-                self.snes.solve(None, self.unknown)
-            except PETSc.Error as error:
-                return Outcome(False, self.snes.getIterationNumber(), f"PETSc error {error.ierr}")
+            self.snes.solve(None, self.unknown)
         self._take(self.unknown)
         reason = self.snes.getConvergedReason()
         words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
-        return Outcome(reason > 0, self.snes.getIterationNumber(), words, self.snes.getFunctionNorm())
+        unbalanced = f"{words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
+        return Outcome(reason > 0, self.snes.getIterationNumber(), unbalanced)
 
     def evaluate_residual(self) -> Floats:
         """Out-of-balance forces in N of all owned dofs at the present displacement, reactions included."""
@@ -140,14 +139,13 @@ class Newton:
             for pair in self.system.coupling.nodes:
                 pattern.insert(pair, pair)
         pattern.finalize()
-        matrix = compat.create_matrix(self.comm, pattern)
-        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        return matrix
+        return compat.create_matrix(self.comm, pattern)
 
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix("ncf_")
-        PETSc.Options()["ncf_snes_linesearch_type"] = "basic"
+        for name, value in OPTIONS.items():
+            PETSc.Options()[f"ncf_{name}"] = value
         snes.setType("newtonls")
         snes.setFunction(self._residual, self.vector)
         snes.setJacobian(self._tangent, self.matrix)

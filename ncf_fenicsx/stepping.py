@@ -63,11 +63,9 @@ class StepControl:
         The size follows bands of iterations, not their exact number, so that round-off (another number of ranks)
         does not change the times of a history.
         """
-        if iterations < self.target_iterations:
-            return min(size * self.growth, self.largest)
-        if 2 * iterations <= 3 * self.target_iterations:
-            return size
-        return size * self.target_iterations / iterations
+        factor = self.target_iterations / iterations if 2 * iterations > 3 * self.target_iterations else 1.0
+        factor = self.growth if iterations < self.target_iterations else factor
+        return max(min(size * factor, self.largest), self.smallest)
 
     @staticmethod
     def fit(size: float, remaining: float) -> float:
@@ -113,7 +111,7 @@ def march(
         attempt: tries the step from a time by a size (s), and leaves no trace if it fails.
         accept: told the march at its new time, the size of the step (s) and its attempt.
     """
-    progress, size = March(), control.first
+    progress, size = March(), min(control.first, control.largest)
     for milestone in milestones:
         while progress.time < milestone:
             if progress.steps >= control.max_steps:

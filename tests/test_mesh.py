@@ -108,6 +108,14 @@ def flatten(mesh):
     mesh.points[:, 2] *= np.where(mesh.points[:, 2] > 3e-3, 0.5, 1.0)
 
 
+def shrink(mesh):
+    mesh.points *= 1e-3
+
+
+def bend(mesh):
+    mesh.points[:, 2] -= mesh.points[:, 0] ** 2
+
+
 def forget_a_facet(mesh):
     for number, block in enumerate(mesh.cells):
         if block.type == "quad":
@@ -129,6 +137,8 @@ def rename(old, new):
     [
         (invert, "is inverted"),
         (flatten, "is degenerate"),
+        (shrink, "is 0.002 mm thick on average; expected stack.thickness = 2 mm"),
+        (bend, "the bottom is not flat"),
         (forget_a_facet, "has no tag"),
         (rename("layer_2", "layer_7"), "no physical volume 'layer_2'"),
         (rename("top", "lid"), "physical surface 'lid'"),

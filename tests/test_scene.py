@@ -25,6 +25,7 @@ WRONG = {
     "negative thickness": (["stack.thickness=-2 mm"], "stack.thickness = '-2 mm': expected a positive length"),
     "roller inside the stack": (["tool.clearance=-1 mm"], "the tool starts in the stack"),
     "zero steps": (["solver.max_steps=0"], "solver.max_steps = 0: expected greater than 0"),
+    "steps out of order": (["solver.first_step=2 s", "solver.largest_step=1 s"], "smallest_step <= first_step"),
     "zero divisions": (["stack.divisions=[0, 4]"], "stack.divisions.0 = 0"),
     "unknown tool": (["tool.kind=rollr"], "tool.kind = 'rollr': no such tool"),
     "unknown law": (["laws.compaction.kind=magic"], "laws.compaction.kind = 'magic': no such compaction"),
@@ -111,7 +112,7 @@ def test_results_are_not_overwritten_unasked(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
 
 
-@pytest.mark.parametrize("name", ["roller", "single_element"])
+@pytest.mark.parametrize("name", ["roller", "long_roller", "single_element"])
 def test_the_resolved_scene_reads_back_to_the_same(name):
     scene = Scene.read(ROOT / "demos" / f"{name}.toml")
     assert Scene.from_table(tomllib.loads(scene.to_toml())) == scene
@@ -144,6 +145,11 @@ def test_the_defaults_are_the_papers():
     assert scene.stack.thickness * scene.stack.layers == pytest.approx(8e-3)
     assert scene.tool.radius == pytest.approx(2.5e-3)
     assert scene.path[0].duration == pytest.approx(30)
+
+
+def test_the_scene_in_the_readme_is_the_demo():
+    block = (ROOT / "README.md").read_text().split("```toml\n")[1].split("```")[0]
+    assert Scene.from_table(tomllib.loads(block)) == Scene.read(ROLLER)
 
 
 def test_every_key_has_a_meaning():

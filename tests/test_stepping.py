@@ -48,6 +48,8 @@ def test_hard_steps_shrink_and_the_target_keeps_the_size():
     assert CONTROL.next_size(2.0, 5) == pytest.approx(3.0)
     assert CONTROL.next_size(2.0, 6) == CONTROL.next_size(2.0, 9) == 2.0
     assert CONTROL.next_size(2.0, 12) == pytest.approx(1.0)
+    assert CONTROL.next_size(8.0, 6) == CONTROL.largest
+    assert CONTROL.next_size(1e-3, 60) == CONTROL.smallest
 
 
 def test_a_failed_step_is_tried_again_smaller_from_the_same_time():

@@ -31,7 +31,7 @@ class Cylinder(Tool):
             return radial
         axial = abs(point[1]) - self.width / 2
         beside = ufl.sqrt(ufl.max_value(radial, 0) ** 2 + axial**2)
-        return ufl.conditional(ufl.lt(axial, 0), radial, beside)
+        return ufl.conditional(ufl.le(axial, 0), radial, beside)
 
     def section(self) -> NDArray[np.float64]:
         """Circle, in m, shape (points, 2)."""
