@@ -103,6 +103,7 @@ def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip
         mirrored = quads * [-1, 1] + [2 * left, 0]
         quads, values = np.concatenate([mirrored, quads]), np.concatenate([values, values])
     cells = PolyCollection(list(MM * quads), array=values, cmap="viridis", edgecolors="0.6", linewidths=0.4)
+    cells.set_snap(False)
     axes.add_collection(cells)
     figure.colorbar(cells, ax=axes, label="fibre volume fraction", shrink=0.9)
     x, _, z = tip
@@ -112,5 +113,6 @@ def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip
     reach = 2.2 * scene.stack.layers * scene.stack.thickness
     low, high = max(x - reach, quads[:, :, 0].min()), min(x + reach, quads[:, :, 0].max())
     floor = quads[:, :, 1].min()
-    axes.set(xlim=(MM * low, MM * high), ylim=(MM * floor - 0.3, MM * (max(top, z) + 0.12 * (top - floor))), aspect="equal")
+    axes.set(xlim=(MM * low, MM * high), ylim=(MM * floor - 0.3, MM * (1.12 * max(top, z) - 0.12 * floor)))
+    axes.set_aspect("equal")
     axes.set(xlabel="x (mm)", ylabel="height (mm)", title="Deformed section under the tool, to scale")
