@@ -25,7 +25,7 @@ class Progress:
         self.visible = comm.rank == 0
         self.bar: Bar | None = None
         if comm.size == 1 and sys.stdout.isatty():
-            columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+            columns = (BarColumn(bar_width=12), TextColumn("{task.description}"), TimeElapsedColumn())
             self.bar = Bar(*columns, console=Console())
             self._task = self.bar.add_task("first solve", total=duration)
 
@@ -47,10 +47,10 @@ class Progress:
     def show(self, row: dict[str, float]) -> None:
         """Show an accepted step."""
         text = (
-            f"time {row['time']:8.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
-            f"  force {row['tool_force']:10.4g} N  Vf max {row['vf_max']:.4f}"
+            f"{row['time']:9.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
+            f"  {row['tool_force']:10.4g} N  Vf max {row['vf_max']:.4f}"
         )
         if self.bar is not None:
-            self.bar.update(self._task, completed=row["time"], description=text)
+            self.bar.update(self._task, completed=row["time"], description=" ".join(text.split()))
         elif self.visible:
             print(text, flush=True)
