@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ncf_fenicsx.scene_errors import SceneError
 
@@ -121,8 +122,6 @@ def bond_layers(stack: Hexahedra) -> Hexahedra:
 
 def coincidence(points: Floats, extent: Floats) -> Integers:
     """A number for every point, the same for points closer than 1e-7 of the extent of a cloud, shape (points,)."""
-    from scipy.spatial import cKDTree
-
     tolerance = 1e-7 * float(np.ptp(extent, axis=0).max())
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     number = np.arange(len(points))

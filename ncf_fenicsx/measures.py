@@ -56,9 +56,9 @@ class Measures:
         }
         self._forms = {name: compat.compile_form(integral * problem.dx) for name, integral in integrals.items()}
         self._volume = self._integrals("volume")
-        self._work = {
-            name: compat.compile_form(problem.terms[name]) for name in ("tool", "gravity") if name in problem.terms
-        }
+        self._tool_work = compat.compile_form(problem.terms["tool"]) if "tool" in problem.terms else None
+        weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
+        self._weight = self._vertical_force(weight)
         self._top: Any = np.zeros(0, dtype=np.int32)
         if scene.tool is not None:
             self._heights = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)))
@@ -77,11 +77,11 @@ class Measures:
         gap = 0.0 if coupling is None else float(coupling.gap().max(initial=0.0))
         support = float(residual[self.problem.supports.vertical_dofs].sum())
         row = {
-            "tool_force": self.copies * self.vertical_force("tool"),
+            "tool_force": self.copies * self._vertical_force(self._tool_work),
             "support_force": self.copies * comm.allreduce(support),
-            "weight": self.copies * self.vertical_force("gravity"),
+            "weight": self.copies * self._weight,
             "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
-            "vf_mean": self._mean(vf, np.full(len(vf), True)),
+            "vf_mean": self._mean(vf, slice(None)),
             "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
         }
         for number in range(self.problem.scene.stack.layers):
@@ -90,11 +90,11 @@ class Measures:
         row["gap_max"] = comm.allreduce(gap, MPI.MAX)
         return row
 
-    def vertical_force(self, term: str) -> float:
-        """Sum of the nodal forces along z of a residual term in N, of the modelled part; 0 without such a term."""
-        if term not in self._work:
+    def _vertical_force(self, form: Any) -> float:
+        """Sum of the nodal forces along z of a compiled residual term in N, of the modelled part; 0 for None."""
+        if form is None:
             return 0.0
-        vector = fem.assemble_vector(self._work[term])
+        vector = fem.assemble_vector(form)
         vector.scatter_reverse(la.InsertMode.add)
         owned = 3 * self.problem.space.dofmap.index_map.size_local
         return float(self.problem.comm.allreduce(vector.array[2:owned:3].sum()))
@@ -114,7 +114,7 @@ class Measures:
         values: Any = fem.assemble_vector(self._forms[name]).array
         return values[: len(self.problem.stack.layer)].copy()
 
-    def _mean(self, values: Floats, cells: NDArray[np.bool_]) -> float:
+    def _mean(self, values: Floats, cells: NDArray[np.bool_] | slice) -> float:
         volume = self._volume[cells]
         total, weighted = self.problem.comm.allreduce(np.array([volume.sum(), values[cells] @ volume]))
         return float(weighted / total)

@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 import ncf_fenicsx
 from ncf_fenicsx import motion, solver
-from ncf_fenicsx.measures import COLUMNS, Measures
+from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.outputs import Results, prepare_folder
 from ncf_fenicsx.parallel import on_root
@@ -129,19 +129,18 @@ class Simulation:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 
     def _row(self, progress: March, size: float, outcome: Outcome, residual: np.ndarray) -> dict[str, float]:
-        values = self.measures.row(residual) | {
+        when = {
             "time": progress.time,
             "time_step": size,
             "tool_displacement": -motion.displacement(self.scene.path, progress.time)[2],
+        }
+        cost = {
             "newton_iterations": outcome.iterations,
             "step_cuts": progress.cuts - self._cuts_before,
             "wall_time": self.phases.total,
         }
         self._cuts_before = progress.cuts
-        layers = sorted((name for name in values if name not in COLUMNS), key=lambda name: int(name.rsplit("_", 1)[1]))
-        before = list(COLUMNS)[: list(COLUMNS).index("vf_max") + 1]
-        order = [*before, *layers, *list(COLUMNS)[len(before) :]]
-        return {name: values[name] for name in order}
+        return when | self.measures.row(residual) | cost
 
     def _record(self, ended: March, memory: float) -> dict[str, Any]:
         return {

@@ -114,6 +114,9 @@ class Newton:
         self.vector = fem_petsc.create_vector(system.residual_form)
         self.unknown = self.vector.duplicate()
         self.load = 0.0
+        held = system.supports.dofs
+        self._held = held[held < self.vector.getLocalSize()]
+        self._free_pairs = self._unheld(held)
         self.floor = system.force_floor
         self.snes = self._snes()
 
@@ -140,6 +143,14 @@ class Newton:
                 pattern.insert(pair, pair)
         pattern.finalize()
         return compat.create_matrix(self.comm, pattern)
+
+    def _unheld(self, held: Integers) -> NDArray[np.bool_]:
+        """Which entries of each pair's block concern no held dof, shape (pairs, 6, 6)."""
+        if self.system.coupling is None:
+            return np.zeros((0, 6, 6), dtype=bool)
+        dofs = (3 * self.system.coupling.nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
+        free = ~np.isin(dofs, held)
+        return free[:, :, None] & free[:, None, :]
 
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.comm)
@@ -179,9 +190,8 @@ class Newton:
         with self.phases("assembly"):
             self._take(x)
             self._assemble_residual(b)
-            owned = self.system.supports.dofs[self.system.supports.dofs < b.getLocalSize()]
             self.load = self.comm.allreduce(float(np.abs(b.array_r[self.system.supports.vertical_dofs]).sum()))
-            b.array[owned] = x.array_r[owned]
+            b.array[self._held] = x.array_r[self._held]
 
     def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
         del snes, P
@@ -198,10 +208,8 @@ class Newton:
                 system.last_iterate.x.array[:] = system.displacement.x.array
 
     def _add_coupling(self, A: Any, coupling: Coupling) -> None:
-        dofs = (3 * coupling.nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
-        free = ~np.isin(dofs, self.system.supports.dofs)
-        blocks = coupling.tangent() * (free[:, :, None] & free[:, None, :])
-        if len(blocks):
+        if len(coupling.nodes):
+            blocks = coupling.tangent() * self._free_pairs
             A.setValuesBlockedLocalRCV(coupling.nodes, coupling.nodes, blocks, ADD)
 
     def _cap(self, x: Any, step: Any) -> None:
