@@ -31,6 +31,11 @@ def interpolation_points(element: Any) -> np.ndarray:
     return np.asarray(points() if callable(points) else points)
 
 
+def coordinates(mesh: Any) -> Any:
+    """Places of a mesh's undeformed points, symbolically."""
+    return ufl.SpatialCoordinate(mesh)
+
+
 def sparsity_pattern(form: Any) -> Any:
     """Pattern of a bilinear form, open for further entries."""
     return fem.create_sparsity_pattern(form)

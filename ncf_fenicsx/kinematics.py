@@ -20,11 +20,13 @@ class Kinematics:
 
     Args:
         deformation_gradient: F, shape (3, 3).
-        initial_volume_fraction: fibre volume fraction Vf0 of the undeformed layer.
+        initial_volume_fraction: fibre volume fraction Vf0 of the undeformed layer, if it has fibres.
+        measure: what Vf follows, "thickness" (lambda_3) or "volume" (J).
     """
 
     deformation_gradient: Expression
-    initial_volume_fraction: Expression
+    initial_volume_fraction: Expression = None
+    measure: str = "thickness"
 
     @cached_property
     def right_cauchy_green(self) -> Expression:
@@ -57,12 +59,37 @@ class Kinematics:
     @cached_property
     def thickness_stretch(self) -> Expression:
         """lambda_3 = J / J_s = n . F N: distance of the layer's faces over its reference thickness."""
-        return ufl.dot(self.area_vector, self.deformation_gradient[:, 2]) / self.area_stretch
+        return self.volume_ratio / self.area_stretch
+
+    @cached_property
+    def volume_ratio(self) -> Expression:
+        """J = det F."""
+        return ufl.dot(self.area_vector, self.deformation_gradient[:, 2])
 
     @cached_property
     def volume_fraction(self) -> Expression:
-        """Vf = Vf0 / lambda_3 (paper, Eq. 5, with eps = -ln lambda_3)."""
-        return self.initial_volume_fraction / self.thickness_stretch
+        """Vf0 / lambda_3 (paper, Eq. 5, with eps = -ln lambda_3), or Vf0 / J, which conserves the fibres' volume."""
+        return self.initial_volume_fraction / (
+            self.volume_ratio if self.measure == "volume" else self.thickness_stretch
+        )
+
+
+@dataclass(frozen=True)
+class ExtrapolatedKinematics(Kinematics):
+    """Strains whose C is the one that the linear model at another state predicts for this one.
+
+    Args:
+        start: deformation gradient of that state; C = F^T F - (F - F_start)^T (F - F_start).
+    """
+
+    start: Expression = None
+
+    @cached_property
+    def right_cauchy_green(self) -> Expression:
+        """C of ``start`` plus its first-order change."""
+        F = self.deformation_gradient
+        change = F - self.start
+        return F.T * F - change.T * change
 
 
 def deformation_gradient(displacement: Expression) -> Expression:
@@ -73,9 +100,3 @@ def deformation_gradient(displacement: Expression) -> Expression:
 def in_plane(tensor: Expression) -> Expression:
     """The 2x2 block of a tensor in the plane of the fibres."""
     return ufl.as_matrix([[tensor[0, 0], tensor[0, 1]], [tensor[1, 0], tensor[1, 1]]])
-
-
-def linearised_cauchy_green(F: Expression, F_start: Expression) -> Expression:
-    """C of ``F_start`` plus its first-order change towards ``F``; equal to F^T F - (F - F_start)^T (F - F_start)."""
-    change = F - F_start
-    return F.T * F - change.T * change

@@ -16,6 +16,14 @@ from ncf_fenicsx.problem import Problem
 
 Floats = NDArray[np.float64]
 
+CELL_FIELDS = {
+    "volume_fraction": ("1", "fibre volume fraction"),
+    "stress_33": ("Pa", "Cauchy stress across the layer, negative in compaction"),
+    "permeability_along": ("m^2", "permeability along the fibres, if the scene names a law for it"),
+    "permeability_across": ("m^2", "permeability across the fibres, if the scene names a law for it"),
+}
+"""Fields by cell, means over each cell, with unit and meaning."""
+
 COLUMNS = {
     "time": ("s", "time at the end of the step"),
     "time_step": ("s", "size of the step"),
@@ -32,14 +40,20 @@ COLUMNS = {
     "step_cuts": ("1", "attempts at the step that failed before"),
     "wall_time": ("s", "time since the start of the program's run"),
 }
-"""Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``."""
+"""Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``.
+
+A solid has no Vf, and none of its columns.
+"""
 
 
 class Measures:
-    """Evaluates a problem's committed state.
+    """Evaluates a problem's state.
 
     Args:
         problem: what is measured.
+
+    Attributes:
+        cells: fields of this rank's cells in the last observed state, as `CELL_FIELDS` lists them.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -48,13 +62,14 @@ class Measures:
         self.copies = scene.stack.sides.copies
         cells = fem.functionspace(mesh, ("DG", 0))
         indicator = ufl.TestFunction(cells)
-        kinematics = problem.laws.kinematics(problem.displacement)
-        integrals = {
-            "volume": indicator,
-            "volume_fraction": problem.states["volume_fraction"] * indicator,
-            "stress_33": problem.laws.normal_stress(kinematics) * indicator,
-        }
-        self._forms = {name: compat.compile_form(integral * problem.dx) for name, integral in integrals.items()}
+        material, volume = problem.material, problem.volumes.all
+        kinematics = material.kinematics(problem.displacement)
+        densities = {"volume": 1.0, "stress_33": material.normal_stress(kinematics)}
+        self.has_fibres = scene.laws.solid is None
+        if self.has_fibres:
+            densities["volume_fraction"] = kinematics.volume_fraction
+        self.cells: dict[str, Floats] = {}
+        self._forms = {name: compat.compile_form(density * indicator * volume) for name, density in densities.items()}
         self._volume = self._integrals("volume")
         self._tool_work = compat.compile_form(problem.terms["tool"]) if "tool" in problem.terms else None
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
@@ -66,26 +81,30 @@ class Measures:
             self._tool_gap = compat.compile_expression(problem.tool_gap, points)
             self._top = face_nodes(self._heights.function_space, problem.stack.facets("top"))
 
+    def observe(self) -> None:
+        """Take the cell means of the trial state, before it is committed: stress also follows the states before."""
+        self.cells = {name: self._integrals(name) / self._volume for name in self._forms if name != "volume"}
+        permeability = self.problem.scene.output.permeability
+        if permeability is not None:
+            vf = self.cells["volume_fraction"]
+            self.cells |= {"permeability_along": permeability.along(vf), "permeability_across": permeability.across(vf)}
+
     def row(self, residual: Floats) -> dict[str, float]:
-        """Measured columns of the history at the committed state.
+        """Measured columns of the history at the committed state, observed before.
 
         Args:
             residual: out-of-balance forces in N of the owned dofs, reactions included.
         """
-        comm, vf = self.problem.comm, self.cell_means("volume_fraction")
-        coupling = self.problem.coupling
+        comm, coupling = self.problem.comm, self.problem.coupling
         gap = 0.0 if coupling is None else float(coupling.gap().max(initial=0.0))
         support = float(residual[self.problem.supports.vertical_dofs].sum())
         row = {
             "tool_force": self.copies * self._vertical_force(self._tool_work),
             "support_force": self.copies * comm.allreduce(support),
             "weight": self.copies * self._weight,
-            "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
-            "vf_mean": self._mean(vf, slice(None)),
-            "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
         }
-        for number in range(self.problem.scene.stack.layers):
-            row[f"vf_mean_layer_{number + 1}"] = self._mean(vf, self.problem.stack.layer == number)
+        if self.has_fibres:
+            row |= self._volume_fractions(self.cells["volume_fraction"])
         row["penetration_max"] = comm.allreduce(float((-self.tool_gap()).max(initial=0.0)), MPI.MAX)
         row["gap_max"] = comm.allreduce(gap, MPI.MAX)
         return row
@@ -106,9 +125,16 @@ class Measures:
         self._heights.interpolate(self._tool_gap)
         return self._heights.x.array[self._top]
 
-    def cell_means(self, name: str) -> Floats:
-        """Mean over each of this rank's cells of ``volume_fraction`` (1) or ``stress_33`` (Pa)."""
-        return self._integrals(name) / self._volume
+    def _volume_fractions(self, vf: Floats) -> dict[str, float]:
+        comm, stack = self.problem.comm, self.problem.stack
+        columns = {
+            "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
+            "vf_mean": self._mean(vf, slice(None)),
+            "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
+        }
+        for number in range(self.problem.scene.stack.layers):
+            columns[f"vf_mean_layer_{number + 1}"] = self._mean(vf, stack.layer == number)
+        return columns
 
     def _integrals(self, name: str) -> Floats:
         values: Any = fem.assemble_vector(self._forms[name]).array

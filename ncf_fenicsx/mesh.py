@@ -14,8 +14,9 @@ from ncf_fenicsx import compat, hexahedra
 from ncf_fenicsx.gmsh_file import read_gmsh
 from ncf_fenicsx.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.parallel import on_root
-from ncf_fenicsx.scene import Bonded, Scene, Stack
+from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.scene_stack import Bonded, Stack
 
 
 @dataclass(frozen=True)

@@ -59,6 +59,9 @@ def segment_number(path: tuple[Segment, ...], time: float) -> int:
     return max(min(bisect_left(milestones(path), time * (1 - 1e-12)), len(path) - 1), 0)
 
 
-def speed(path: tuple[Segment, ...], time: float) -> float:
-    """Speed (m/s) of the tool in the segment that ends at or after a time (s), zero in a hold."""
-    return path[segment_number(path, time)].speed or 0.0
+def closing_speed(path: tuple[Segment, ...], time: float) -> float:
+    """Speed (m/s) at which the tool moves down in the segment that ends at or after a time (s), negative upwards."""
+    segment = path[segment_number(path, time)]
+    if segment.travel is None or segment.speed is None:
+        return 0.0
+    return -segment.speed * segment.travel[2] / math.hypot(*segment.travel)

@@ -17,7 +17,6 @@ from ncf_fenicsx.parallel import gather_rows, on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene_errors import SceneError
 
-CELL_FIELDS = ("volume_fraction", "stress_33")
 FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png")
 
 
@@ -85,7 +84,7 @@ class Results:
         """Write the committed fields for ParaView: one file, and the collection that lists all of them."""
         displacement = self.problem.displacement.x.array.reshape(-1, 3)[: self._owned]
         point_data = gather_rows(self.comm, displacement)
-        cell_data = {name: gather_rows(self.comm, self.measures.cell_means(name)) for name in CELL_FIELDS}
+        cell_data = {name: gather_rows(self.comm, values) for name, values in self.measures.cells.items()}
         on_root(self.comm, lambda: self._write_fields(time, point_data, cell_data))
 
     def _write_fields(

@@ -7,8 +7,9 @@ one class in a script or a test), and nothing else has to know of it.
 from __future__ import annotations
 
 import difflib
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Protocol, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -36,6 +37,16 @@ class Settings(BaseModel):
         return data
 
 
+class Symbols(Protocol):
+    """Makes what stands for numbers in the compiled forms."""
+
+    def __call__(self, value: float) -> Any:
+        """Symbol of a number."""
+
+    def by_layer(self, values: Sequence[float]) -> Any:
+        """Symbol of a number for each layer, from the bottom up."""
+
+
 class Part(Settings):
     """A law or a tool, with its parameters as fields."""
 
@@ -47,16 +58,36 @@ class Part(Settings):
         if "kind" in cls.__dict__:
             _parts.setdefault(cls.family, {})[cls.kind] = cls
 
-    def with_symbols(self, symbol: Any) -> Self:
-        """Copy whose numbers are what ``symbol(value)`` makes of them.
+    def with_symbols(self, symbols: Symbols) -> Self:
+        """Copy whose numbers are what ``symbols(value)`` makes of them.
 
         The compiled forms then hold the parameters as named constants: a new value needs no new compilation.
         """
-        numbers = {name: symbol(value) for name, value in self if isinstance(value, float)}
-        return self.model_copy(update=numbers)
+        return self.model_copy(update={name: _symbols(value, symbols) for name, value in self})
+
+
+def _symbols(value: Any, symbols: Symbols) -> Any:
+    """Symbol of each number in a value: a float, or tables and lists of floats."""
+    if isinstance(value, float):
+        return symbols(value)
+    if isinstance(value, tuple):
+        return tuple(_symbols(item, symbols) for item in value)
+    if isinstance(value, Settings):
+        return value.model_copy(update={name: _symbols(item, symbols) for name, item in value})
+    return value
+
+
+def impossible(key: str, value: Any, expected: str) -> PydanticCustomError:
+    """Error of a value that does not go with the rest of the scene, to raise in a validator."""
+    return PydanticCustomError("impossible", "{expected}", {"key": key, "value": value, "expected": expected})
 
 
 _parts: dict[str, dict[str, type[Part]]] = {}
+
+
+def families() -> list[str]:
+    """Names of all families of parts."""
+    return sorted(_parts)
 
 
 def kinds(family: str) -> dict[str, type[Part]]:

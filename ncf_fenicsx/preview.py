@@ -6,7 +6,8 @@ import numpy as np
 
 from ncf_fenicsx import hexahedra
 from ncf_fenicsx.mesh import stack_of
-from ncf_fenicsx.scene import OneSided, Scene
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_stack import OneSided
 from ncf_fenicsx.stepping import StepControl
 
 MEMORY_OF_PROGRAM = 0.18
@@ -28,7 +29,8 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     stack = stack_of(scene)
     unknowns = 3 * len(stack.points)
     lower = np.count_nonzero(stack.face_tags == hexahedra.TAGS["lower"])
-    terms = ["in-plane, compaction and shear stress"]
+    laws = scene.laws
+    terms = [f"{law.family} ({law.kind})" for law in laws.chosen]
     if scene.gravity:
         terms.append("weight")
     if scene.tool is not None:
@@ -40,7 +42,10 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         f"residual: {'; '.join(terms)}",
         f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
         f"unknowns: {unknowns}",
+        f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
+        "tangent: " + ("symmetric, LDL^T" if laws.symmetric else "not symmetric, LU"),
         f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN * unknowns:.2g} GB",
         f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
+        *(f"caution: {caution}" for caution in laws.cautions),
     ]
     return "\n".join(lines)

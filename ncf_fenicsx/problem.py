@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import basix.ufl
+import basix
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -12,13 +12,17 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, motion
 from ncf_fenicsx.contact import AT_NODES, penalty_work
+from ncf_fenicsx.fabric import Fabric
 from ncf_fenicsx.hexahedra import TAGS
 from ncf_fenicsx.interface import LayerContact, PairedContact, pair_nodes
 from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.material import Clock, Material, Solid, Volumes
 from ncf_fenicsx.mesh import StackMesh
-from ncf_fenicsx.scene import OneSided, Scene
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_stack import OneSided
+from ncf_fenicsx.states import States
 from ncf_fenicsx.supports import hold
-from ncf_fenicsx.weak_form import BoundLaws, extrapolated_membrane_tangent, internal_work
+from ncf_fenicsx.symbols import FormSymbols
 
 Floats = NDArray[np.float64]
 
@@ -31,105 +35,97 @@ class Problem:
     """Fields and forms of a scene on its mesh.
 
     Only what the scene names is built: no contact form without a tool, no pairs in a bonded stack, no copy of the last
-    iterate for a plain tangent.
+    iterate for a plain tangent, no state that no law keeps.
 
     Attributes:
         displacement: trial displacement in m, P1.
         last_iterate: displacement of the Newton iterate before; None unless the tangent extrapolates from it.
+        material: the laws, with symbols for their parameters.
+        states: committed state fields at quadrature points.
         terms: named terms of the residual; their sum is what is solved.
-        states: committed state fields at quadrature points, by name.
+        symmetric: whether the tangent is symmetric.
         coupling: contact between layers; None where the scene has none.
         tip: constant that holds the place of the tool's tip in m.
     """
 
     def __init__(self, scene: Scene, stack: StackMesh) -> None:
         self.scene, self.stack, self.mesh, self.comm = scene, stack, stack.mesh, stack.mesh.comm
-        self.length = scene.stack.thickness
+        self.length, self.symmetric = scene.stack.thickness, scene.laws.symmetric
         self.space = fem.functionspace(self.mesh, ("Lagrange", 1, (3,)))
         self.displacement = fem.Function(self.space)
-        self.last_iterate = fem.Function(self.space) if scene.solver.tangent == "extrapolated" else None
+        extrapolates = scene.solver.tangent == "extrapolated" and scene.laws.solid is None
+        self.last_iterate = fem.Function(self.space) if extrapolates else None
         self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
+        self.volumes = _volumes(self.mesh)
         self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=stack.facet_tags)
-        self.speed, self.tip = self.constant(0.0), self.constant(np.zeros(3))
-        self.laws = self._bind_laws()
+        self.symbols = FormSymbols(self.mesh, stack.layer)
+        self.clock = Clock(self.symbols(0.0), self.symbols(0.0), self.symbols(0.0))
+        self.tip = fem.Constant(self.mesh, np.zeros(3))
+        self.states = States(
+            self.mesh, QUADRATURE_DEGREE, scene.laws.initial_states(scene.stack.initial_volume_fraction)
+        )
+        self.material = self._bind_laws()
+        self.states.follow(self.material.updated_states(self.displacement))
         self.supports = hold(self.space, stack, scene.stack.sides)
         self.terms = self._terms()
         self.residual_form = compat.compile_form(sum(self.terms.values()))
         self.tangent_form = compat.compile_form(self._tangent())
         self.coupling = self._layer_contact()
-        self._build_states()
         self._committed = self.displacement.x.array.copy()
         self._velocity = np.zeros_like(self._committed)
         self._segment = 0
-        self._move_tool(0.0)
+        self._set_time(0.0, 0.0)
 
-    def constant(self, value: Any) -> Any:
-        """Named constant of the compiled forms."""
-        return fem.Constant(self.mesh, np.asarray(value, dtype=float))
-
-    def _bind_laws(self) -> BoundLaws:
-        laws = self.scene.laws
-        return BoundLaws(
-            in_plane=laws.in_plane.with_symbols(self.constant),
-            compaction=laws.compaction.with_symbols(self.constant),
-            shear=laws.shear.with_symbols(self.constant),
-            rate_factor=laws.rate.with_symbols(self.constant).factor(self.speed),
-            initial_volume_fraction=self.constant(self.scene.stack.initial_volume_fraction),
-        )
+    def _bind_laws(self) -> Material:
+        laws, symbols = self.scene.laws, self.symbols
+        if laws.solid is not None:
+            return Solid(laws.solid.with_symbols(symbols))
+        share = None if laws.bending is None else symbols(laws.bending.share(laws.in_plane.stiffness))
+        vf0 = symbols(self.scene.stack.initial_volume_fraction)
+        return Fabric(laws.with_symbols(symbols), vf0, share, self.clock, self.states.fields)
 
     def _terms(self) -> dict[str, ufl.Form]:
         scene, u, v = self.scene, self.displacement, self.variation
-        terms = {"internal": internal_work(self.laws, u, v, self.dx)}
+        terms = {"internal": self.material.internal_work(u, v, self.volumes)}
         if scene.gravity:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
-            terms["gravity"] = self.constant(weight) * v[2] * self.dx
+            terms["gravity"] = self.symbols(weight) * v[2] * self.volumes.all
         if scene.tool is not None:
-            penalty = self.constant(scene.tool.penalty.resolve(self.natural_stiffness))
+            penalty = self.symbols(scene.tool.penalty.resolve(self.natural_stiffness))
             terms["tool"] = penalty_work(self.tool_gap, penalty, u, v, self.ds(TAGS["top"]))
         return terms
 
     def _tangent(self) -> ufl.Form:
         u, v, du = self.displacement, self.variation, self.increment
         tangent = ufl.derivative(sum(self.terms.values()), u, du)
-        if self.last_iterate is not None:
-            tangent += extrapolated_membrane_tangent(self.laws, u, self.last_iterate, v, du, self.dx)
+        if isinstance(self.material, Fabric) and self.last_iterate is not None:
+            tangent += self.material.extrapolated_tangent(u, self.last_iterate, v, du, self.volumes)
         return tangent
 
     @property
     def tool_gap(self) -> Expression:
         """Signed distance of current points from the tool in m."""
         assert self.scene.tool is not None
-        tool = self.scene.tool.with_symbols(self.constant)
+        tool = self.scene.tool.with_symbols(self.symbols)
         return tool.signed_distance(ufl.SpatialCoordinate(self.mesh) + self.displacement - self.tip)
 
     @property
     def force_floor(self) -> float:
-        """Norm of the forces in N that round-off in the fibres' stress leaves unbalanced."""
+        """Norm of the forces in N that round-off in the stiffest stress leaves unbalanced."""
         comm = self.comm
         cells = comm.allreduce(len(self.stack.layer))
-        volume = comm.allreduce(float(fem.assemble_scalar(compat.compile_form(self.constant(1.0) * self.dx))))
-        face = (volume / cells) ** (2 / 3)
-        return float(np.finfo(float).eps * self.scene.laws.in_plane.stiffness * face * np.sqrt(cells))
+        one = compat.compile_form(self.symbols(1.0) * self.volumes.all)
+        face = (comm.allreduce(float(fem.assemble_scalar(one))) / cells) ** (2 / 3)
+        return float(np.finfo(float).eps * self.scene.laws.stiffness * face * np.sqrt(cells))
 
     @property
     def natural_stiffness(self) -> float:
         """Compaction tangent over thickness in Pa/m at `PENALTY_VOLUME_FRACTION` and the tool's highest speed."""
-        scene = self.scene
-        tangent = scene.laws.compaction.tangent(PENALTY_VOLUME_FRACTION, scene.stack.initial_volume_fraction)
-        fastest = max((segment.speed or 0.0 for segment in scene.path), default=0.0)
-        return float(tangent * scene.laws.rate.factor(fastest) / scene.stack.thickness)
-
-    def _build_states(self) -> None:
-        cell = self.mesh.basix_cell()
-        element = basix.ufl.quadrature_element(cell, degree=QUADRATURE_DEGREE)
-        space = fem.functionspace(self.mesh, element)
-        points = compat.interpolation_points(space.element)
-        kinematics = self.laws.kinematics(self.displacement)
-        self._state_expressions = {"volume_fraction": compat.compile_expression(kinematics.volume_fraction, points)}
-        self._cells = np.arange(len(self.stack.layer), dtype=np.int32)
-        self.states = {"volume_fraction": fem.Function(space, name="volume_fraction")}
-        self.states["volume_fraction"].x.array[:] = self.scene.stack.initial_volume_fraction
+        laws, initial = self.scene.laws, self.scene.stack.initial_volume_fraction
+        within = initial < PENALTY_VOLUME_FRACTION < laws.packing_limit
+        vf = PENALTY_VOLUME_FRACTION if within else (initial + laws.packing_limit) / 2
+        fastest = max((motion.closing_speed((segment,), 0.0) for segment in self.scene.path), default=0.0)
+        return laws.compaction_tangent(vf, initial, fastest) / self.scene.stack.thickness
 
     def _layer_contact(self) -> LayerContact | None:
         """Contact between separate layers; a bonded stack, or a single layer, has none."""
@@ -141,7 +137,7 @@ class Problem:
         distance = x[nodes[:, 1]] - x[nodes[:, 0]]
         distance[np.abs(distance) < 1e-6 * self.length] = 0.0  # round-off must not decide which pairs touch
         pairs = PairedContact(nodes, distance, interface.penalty.resolve(self.natural_stiffness), interface.stitching)
-        normal = self.laws.kinematics(self.displacement).area_vector
+        normal = self.material.kinematics(self.displacement).area_vector
         face = self.ds(TAGS["lower"], metadata=AT_NODES)
         return LayerContact(self.displacement, pairs, compat.compile_form(ufl.inner(normal, self.variation) * face))
 
@@ -151,36 +147,60 @@ class Problem:
             self.last_iterate.x.array[:] = self._committed
         same_way = motion.segment_number(self.scene.path, time + size) == self._segment
         self.displacement.x.array[:] = self._committed + (size * self._velocity if same_way else 0.0)
-        self._move_tool(time + size)
+        self._set_time(time + size, size)
 
     def defect(self) -> str | None:
         """Why the trial state is impossible, in words; None if it is possible."""
-        trial = self._state_expressions["volume_fraction"].eval(self.mesh, self._cells)
-        wrong = self.comm.allreduce(int(np.count_nonzero(~((trial > 0) & (trial < 1)))))
-        if not wrong:
+        if "volume_fraction" not in self.states.fields:
             return None
-        return f"fibre volume fraction outside (0, 1) at {wrong} points: inverted or beyond solid fibre"
+        trial, limit = self.states.trial("volume_fraction"), self.scene.packing_limit
+        wrong = np.argwhere(~((trial > 0) & (trial < limit)))
+        counts = self.comm.allgather(len(wrong))
+        if not any(counts):
+            return None
+        first = next(rank for rank, count in enumerate(counts) if count)
+        words = self._name_place(*wrong[0]) if self.comm.rank == first else None
+        words = self.comm.bcast(words, root=first)
+        return f"fibre volume fraction outside (0, {limit:.4g}) at {sum(counts)} points, such as {words}"
+
+    def _name_place(self, cell: int, point: int) -> str:
+        place = ", ".join(f"{1e3 * value:.3g}" for value in self.states.places()[cell, point])
+        value = self.states.trial("volume_fraction")[cell, point]
+        return f"{value:.3g} at ({place}) mm in layer {self.stack.layer[cell] + 1}"
 
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""
         trial = self.displacement.x.array
         self._velocity = (trial - self._committed) / size if size else np.zeros_like(trial)
         self._committed = trial.copy()
-        for name, field in self.states.items():
-            field.interpolate(self._state_expressions[name])
+        self.states.commit()
         if self.coupling is not None:
             self.coupling.update_normals()
         self._segment = motion.segment_number(self.scene.path, self._time)
+        self._set_time(self._time, 0.0)
 
     def rollback(self, time: float) -> None:
         """Return to the committed state at ``time`` (s), bit for bit."""
         self.displacement.x.array[:] = self._committed
-        self._move_tool(time)
+        self._set_time(time, 0.0)
 
-    def _move_tool(self, time: float) -> None:
+    def _set_time(self, time: float, size: float) -> None:
+        """Put the tool where it is at a time (s), and tell the laws the size of the step that ends there, 0 between steps."""
         self._time = time
+        self.clock.time_step.value = size
+        self.clock.inverse_time_step.value = 1 / size if size else 0.0
         tool = self.scene.tool
-        if tool is None:
-            return
-        self.tip.value[:] = tool.tip(self.stack.top, time)
-        self.speed.value = motion.speed(tool.path, time)
+        if tool is not None:
+            self.tip.value[:] = tool.tip(self.stack.top, time)
+            self.clock.process_speed.value = motion.closing_speed(tool.path, time)
+
+
+def _volumes(mesh: Any) -> Volumes:
+    """Measures of the volume; the third axis of an element is that of its thickness."""
+    points, weights = basix.make_quadrature(basix.CellType.quadrilateral, QUADRATURE_DEGREE)
+    middle = np.column_stack([points, np.full(len(points), 0.5)])
+    rule = {"quadrature_rule": "custom", "quadrature_points": middle, "quadrature_weights": weights}
+    return Volumes(
+        all=ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE}),
+        mid_plane=ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE} | rule),
+    )

@@ -48,8 +48,10 @@ class Progress:
         """Show an accepted step."""
         text = (
             f"{row['time']:9.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
-            f"  {row['tool_force']:10.4g} N  Vf max {row['vf_max']:.4f}"
+            f"  {row['tool_force']:10.4g} N"
         )
+        if "vf_max" in row:
+            text += f"  Vf max {row['vf_max']:.4f}"
         if self.bar is not None:
             self.bar.update(self._task, completed=row["time"], description=" ".join(text.split()))
         elif self.visible:

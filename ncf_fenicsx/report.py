@@ -27,12 +27,12 @@ class Section:
     Attributes:
         quads: deformed corners in the x-z plane in m, shape (cells, 4, 2).
         places: undeformed centres of the quads in m, shape (cells, 2).
-        volume_fraction: Vf of each cell.
+        values: Vf of each cell, or the stress across it in a solid, which has no Vf.
     """
 
     quads: Floats
     places: Floats
-    volume_fraction: Floats
+    values: Floats
 
 
 def draw_summary(folder: Path) -> Path:
@@ -47,7 +47,7 @@ def draw_summary(folder: Path) -> Path:
     axes = figure.subplot_mosaic([["force", "profile"], ["section", "section"]], height_ratios=[1, 0.9])
     figure.suptitle(f"{scene.title}: {time:.4g} s")
     _draw_force(axes["force"], history)
-    _draw_profile(axes["profile"], section, tip[0], scene.stack.initial_volume_fraction)
+    _draw_profile(axes["profile"], section, tip[0], scene)
     _draw_section(figure, axes["section"], section, scene, tip)
     FigureCanvasAgg(figure).print_png(folder / "summary.png")
     return folder / "summary.png"
@@ -71,7 +71,9 @@ def cut(mesh: meshio.Mesh, y: float) -> Section:
     order = np.argsort(np.arctan2(around[:, :, 1], around[:, :, 0]), axis=1)
     nodes = np.take_along_axis(front, order, axis=1)
     deformed = (mesh.points + mesh.point_data["displacement"])[nodes][:, :, [0, 2]]
-    return Section(deformed, flat.mean(axis=1), mesh.cell_data_dict["volume_fraction"]["hexahedron"][held])
+    fields = mesh.cell_data_dict
+    values = fields["volume_fraction" if "volume_fraction" in fields else "stress_33"]["hexahedron"][held]
+    return Section(deformed, flat.mean(axis=1), values)
 
 
 def _draw_force(axes: Any, history: Any) -> None:
@@ -80,24 +82,29 @@ def _draw_force(axes: Any, history: Any) -> None:
     axes.grid(alpha=0.3)
 
 
-def _draw_profile(axes: Any, section: Section, x: float, undeformed: float) -> None:
-    """Vf over height in the column of cells nearest to the tool's tip."""
+def _draw_profile(axes: Any, section: Section, x: float, scene: Scene) -> None:
+    """Vf, or stress, over height in the column of cells nearest to the tool's tip."""
     middle = section.quads.mean(axis=1)
     distance = np.abs(section.places[:, 0] - x)
     column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.places[:, 0]) + 1e-12)
     column = column[np.argsort(middle[column, 1])]
     for cell in column:
         low, high = section.quads[cell][:, 1].min(), section.quads[cell][:, 1].max()
-        axes.plot([section.volume_fraction[cell]] * 2, [MM * low, MM * high], "-", color="C3", linewidth=3)
-    axes.plot(section.volume_fraction[column], MM * middle[column, 1], "o", color="C3", markersize=4)
-    axes.axvline(undeformed, color="grey", linestyle=":", label="undeformed")
-    axes.set(xlabel="fibre volume fraction", ylabel="height (mm)", title="Vf through the stack under the tool")
-    axes.legend(loc="lower right")
+        axes.plot([section.values[cell]] * 2, [MM * low, MM * high], "-", color="C3", linewidth=3)
+    axes.plot(section.values[column], MM * middle[column, 1], "o", color="C3", markersize=4)
+    if scene.laws.solid is None:
+        axes.axvline(scene.stack.initial_volume_fraction, color="grey", linestyle=":", label="undeformed")
+        axes.legend(loc="lower right")
+    axes.set(xlabel=_label(scene), ylabel="height (mm)", title="Through the stack under the tool")
     axes.grid(alpha=0.3)
 
 
+def _label(scene: Scene) -> str:
+    return "fibre volume fraction" if scene.laws.solid is None else "stress across the layers (Pa)"
+
+
 def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip: Floats) -> None:
-    quads, values = section.quads, section.volume_fraction
+    quads, values = section.quads, section.values
     if scene.stack.sides.x_min == "symmetry":
         left = quads[:, :, 0].min()
         mirrored = quads * [-1, 1] + [2 * left, 0]
@@ -105,7 +112,7 @@ def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip
     cells = PolyCollection(list(MM * quads), array=values, cmap="viridis", edgecolors="0.6", linewidths=0.4)
     cells.set_snap(False)
     axes.add_collection(cells)
-    figure.colorbar(cells, ax=axes, label="fibre volume fraction", shrink=0.9)
+    figure.colorbar(cells, ax=axes, label=_label(scene), shrink=0.9)
     x, _, z = tip
     top = quads[:, :, 1].max()
     if scene.tool is not None:

@@ -8,132 +8,16 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import Field, PositiveInt, ValidationError, model_validator
+from pydantic import PositiveInt, ValidationError, model_validator
 
-from ncf_fenicsx.contracts import CompactionLaw, InPlaneLaw, RateLaw, ShearLaw, Tool
+from ncf_fenicsx import motion
+from ncf_fenicsx.contracts import PermeabilityLaw, Tool
 from ncf_fenicsx.motion import Segment
-from ncf_fenicsx.parts import Choice, Part, Settings, parameter
+from ncf_fenicsx.parts import Choice, Settings, impossible, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
-from ncf_fenicsx.units import (
-    Acceleration,
-    ArealDensity,
-    Density,
-    Length,
-    NonNegativeStiffness,
-    Penalty,
-    PositiveLength,
-    PositiveTime,
-)
-
-GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
-Side = Literal["free", "fixed", "symmetry"]
-Grading = Annotated[float, Field(ge=0, lt=1)]
-
-
-class Sides(Settings):
-    """How each lateral side of the modelled stack is held; at a symmetry plane the scene stands for its mirror too."""
-
-    x_min: Side = parameter("symmetry", description="side at the lowest x")
-    x_max: Side = parameter("free", description="side at the highest x")
-    y_min: Side = parameter("symmetry", description="side at the lowest y")
-    y_max: Side = parameter("free", description="side at the highest y")
-
-    @model_validator(mode="after")
-    def _cannot_slide_away(self) -> Self:
-        held_x = {self.x_min, self.x_max} - {"free"}
-        held_y = {self.y_min, self.y_max} - {"free"}
-        if "fixed" not in held_x | held_y and not (held_x and held_y):
-            raise ValueError(
-                "nothing keeps the layers from sliding away; expected a fixed side, or a symmetry plane in x and in y"
-            )
-        return self
-
-    @property
-    def copies(self) -> int:
-        """Number of mirror images the model stands for: the factor from its forces to those of the whole."""
-        planes = (self.x_min, self.x_max, self.y_min, self.y_max).count("symmetry")
-        return 2**planes
-
-
-class Stack(Settings):
-    """The layers of fabric, and their mesh."""
-
-    layers: PositiveInt = parameter(4, description="number of layers")
-    thickness: PositiveLength = parameter("2 mm", description="thickness of each layer")
-    size: tuple[PositiveLength, PositiveLength] = parameter(
-        ("76 mm", "76 mm"), description="modelled extent in x and y (a quarter, by symmetry)"
-    )
-    areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
-    fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
-    divisions: tuple[PositiveInt, PositiveInt] = parameter((40, 24), description="elements along x and y")
-    through: PositiveInt | tuple[PositiveInt, ...] = parameter(
-        1, description="elements through each layer, one number or one a layer"
-    )
-    grading: tuple[Grading, Grading] = parameter(
-        (0.8, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"
-    )
-    focus: tuple[Length, Length] | None = parameter(
-        None, description="x and y that the mesh is refined towards; the tool's position unless given"
-    )
-    mesh: str | None = parameter(
-        None, description="gmsh file to use instead of size, divisions, through, grading, focus; relative to the scene"
-    )
-    sides: Sides = parameter(Sides(), description="how the lateral sides are held")
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        given = self.model_fields_set & GIVEN_BY_MESH
-        if self.mesh is not None and given:
-            raise ValueError(f"the mesh file gives {', '.join(sorted(given))}; expected only one of both")
-        if isinstance(self.through, tuple) and len(self.through) != self.layers:
-            raise ValueError(f"through has {len(self.through)} numbers; expected one for each of {self.layers} layers")
-        if self.initial_volume_fraction >= 1:
-            raise ValueError(
-                f"areal_density / (fibre_density thickness) gives Vf0 = {self.initial_volume_fraction:.3f}; "
-                "expected less than 1"
-            )
-        return self
-
-    @property
-    def initial_volume_fraction(self) -> float:
-        """Vf0 = areal density / (fibre density * thickness) (paper, second Eq. 4)."""
-        return float(self.areal_density / (self.fibre_density * self.thickness))
-
-    @property
-    def elements_through(self) -> tuple[int, ...]:
-        """Number of elements through each layer, from the bottom up."""
-        return self.through if isinstance(self.through, tuple) else (self.through,) * self.layers
-
-
-class Laws(Settings):
-    """The constitutive laws, each chosen by ``kind``."""
-
-    in_plane: Annotated[InPlaneLaw, Choice("in_plane", "neo_hookean")] = parameter({}, description="fibre elasticity")
-    compaction: Annotated[CompactionLaw, Choice("compaction", "exponential")] = parameter(
-        {}, description="pressure over fibre volume fraction"
-    )
-    rate: Annotated[RateLaw, Choice("rate", "kelly")] = parameter({}, description="dependence on the tool's speed")
-    shear: Annotated[ShearLaw, Choice("shear", "constant")] = parameter({}, description="transverse shear")
-
-
-class Bonded(Part):
-    """Neighbouring layers share their nodes."""
-
-    family = "interface"
-    kind = "bonded"
-
-
-class OneSided(Part):
-    """Neighbouring layers touch without friction and can open."""
-
-    family = "interface"
-    kind = "one_sided"
-    penalty: Penalty = parameter(
-        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
-    )
-    stitching: NonNegativeStiffness = parameter(
-        "0 Pa/m", description="stiffness of the stitching yarns against opening; 0 is none"
-    )
+from ncf_fenicsx.scene_laws import Laws
+from ncf_fenicsx.scene_stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
+from ncf_fenicsx.units import Acceleration, PositiveTime
 
 
 class Solver(Settings):
@@ -167,6 +51,9 @@ class Output(Settings):
 
     fields_every: PositiveInt = parameter(1, description="accepted steps between field files; the last is always one")
     picture: bool = parameter(True, description="draw summary.png")
+    permeability: Annotated[PermeabilityLaw, Choice("permeability", "gebart")] | None = parameter(
+        None, description="permeability as fields; none unless given"
+    )
 
 
 class Scene(Settings):
@@ -193,6 +80,32 @@ class Scene(Settings):
         if (self.tool is None) == (self.duration is None):
             raise ValueError("expected either a [tool] with its path, or a duration")
         return self
+
+    @model_validator(mode="after")
+    def _laws_go_together(self) -> Self:
+        for law in self.laws.chosen:
+            law.check(self)
+        for segment in self.path:
+            speed, rate = motion.closing_speed((segment,), 0.0), self.laws.rate
+            if not rate.factor(speed) > 0:
+                raise impossible(
+                    "tool.path.speed", segment.speed, f"expected a speed (m/s) with a positive {rate.kind} rate factor"
+                )
+        permeability = self.output.permeability
+        if permeability is not None and self.laws.solid is not None:
+            raise impossible("output.permeability.kind", permeability.kind, "expected none for a solid, without fibres")
+        initial = self.stack.initial_volume_fraction
+        if permeability is not None and initial >= permeability.packing_limit:
+            limit = f"expected a packing limit above Vf0 = {initial:.4g}; it is {permeability.packing_limit:.4g}"
+            raise impossible("output.permeability.kind", permeability.kind, limit)
+        return self
+
+    @property
+    def packing_limit(self) -> float:
+        """Vf that no accepted step may reach, for one of the laws ends there."""
+        permeability = self.output.permeability
+        limit = self.laws.packing_limit
+        return limit if permeability is None else min(limit, permeability.packing_limit)
 
     @property
     def path(self) -> tuple[Segment, ...]:
@@ -242,13 +155,19 @@ class Scene(Settings):
         stack = self.stack.model_copy(update={"mesh": str(mesh.resolve())})
         return self.model_copy(update={"stack": stack})
 
-    def to_toml(self) -> str:
-        """The scene with all defaults filled in, in SI, as a file that reads back to the same scene."""
-        table = _without_none(self.model_dump())
+    def table(self) -> dict[str, Any]:
+        """The scene with all defaults filled in, in SI, as nested tables: what it does not use is left out."""
+        table: dict[str, Any] = _without_none(self.model_dump())
+        if self.laws.solid is not None:
+            table["laws"] = {"solid": table["laws"]["solid"]}
         if self.stack.mesh is not None:
             for key in GIVEN_BY_MESH:
                 table["stack"].pop(key, None)
-        return tomli_w.dumps(table)
+        return table
+
+    def to_toml(self) -> str:
+        """That table as a file that reads back to the same scene."""
+        return tomli_w.dumps(self.table())
 
 
 def apply_override(data: dict[str, Any], text: str) -> None:

@@ -69,6 +69,8 @@ class Simulation:
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
         on_root(comm, lambda: prepare_folder(folder, overwrite))
+        for caution in scene.laws.cautions:
+            self.progress.note(f"caution: {caution}")
         self.progress.note("compiling forms: seconds the first time, none after")
         with self.phases("forms"):
             self.problem = Problem(scene, stack)
@@ -108,6 +110,7 @@ class Simulation:
         """Commit a step, measure it and write it down."""
         with self.phases("output"):
             residual = self.newton.evaluate_residual()
+            self.measures.observe()
             self.problem.commit(size)
             row = self._row(progress, size, outcome, residual)
             self.history.append(row)
@@ -145,7 +148,7 @@ class Simulation:
     def _record(self, ended: March, memory: float) -> dict[str, Any]:
         return {
             "title": self.scene.title,
-            "settings": self.scene.model_dump(),
+            "settings": self.scene.table(),
             "ending": ended.ending.value,
             "reason": ended.reason,
             "time": ended.time,

@@ -45,6 +45,7 @@ class System(Protocol):
         last_iterate: field that the tangent reads the previous iterate from; None if it needs none.
         residual_form: compiled linear form.
         tangent_form: compiled bilinear form.
+        symmetric: whether the tangent is symmetric: LDL^T then, LU if not.
         supports: homogeneous Dirichlet conditions; the reactions of their vertical dofs measure the load.
         length: length in m that increments are measured against.
     """
@@ -53,6 +54,7 @@ class System(Protocol):
     last_iterate: Any
     residual_form: Any
     tangent_form: Any
+    symmetric: bool
     supports: Supports
     length: float
 
@@ -164,7 +166,7 @@ class Newton:
         snes.setLineSearchPreCheck(self._cap)
         snes.setTolerances(max_it=self.settings.max_iterations)
         snes.getKSP().setType("preonly")
-        snes.getKSP().getPC().setType("cholesky")
+        snes.getKSP().getPC().setType("cholesky" if self.system.symmetric else "lu")
         snes.getKSP().getPC().setFactorSolverType("mumps")
         snes.setFromOptions()
         return snes

@@ -10,7 +10,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mesh import StackMesh
-from ncf_fenicsx.scene import Sides
+from ncf_fenicsx.scene_stack import Sides
 
 NORMAL_AXIS = {"x_min": 0, "x_max": 0, "y_min": 1, "y_max": 1}
 

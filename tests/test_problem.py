@@ -151,7 +151,7 @@ def test_forces_turn_with_the_body(table):
 def test_a_scene_builds_only_what_it_names(table):
     problem, newton = build(table)
     assert set(problem.terms) == {"internal", "gravity", "tool"}
-    assert len(problem.states) == 1
+    assert set(problem.states.fields) == {"volume_fraction"}
     pairs = COMM.allreduce(len(problem.coupling.nodes))
     assert pairs == 7 * 3
     entries = newton.matrix.getInfo(SUM)["nz_allocated"]
@@ -179,8 +179,8 @@ def test_a_forced_failure_restores_the_state_bit_for_bit(table):
     problem.begin(0.0, 1.0)
     assert newton.solve().converged
     problem.commit(1.0)
-    before = [problem.displacement.x.array.copy(), problem.states["volume_fraction"].x.array.copy()]
-    before += [problem.tip.value.copy(), problem.speed.value.copy(), problem.coupling.gap()]
+    before = [problem.displacement.x.array.copy(), problem.states.fields["volume_fraction"].x.array.copy()]
+    before += [problem.tip.value.copy(), float(problem.clock.process_speed.value), problem.coupling.gap()]
     residual = newton.evaluate_residual()
 
     newton.settings = newton.settings.model_copy(update={"max_iterations": 1})
@@ -191,8 +191,8 @@ def test_a_forced_failure_restores_the_state_bit_for_bit(table):
     assert not np.array_equal(problem.displacement.x.array, before[0])
     problem.rollback(1.0)
 
-    after = [problem.displacement.x.array, problem.states["volume_fraction"].x.array]
-    after += [problem.tip.value, problem.speed.value, problem.coupling.gap()]
+    after = [problem.displacement.x.array, problem.states.fields["volume_fraction"].x.array]
+    after += [problem.tip.value, problem.clock.process_speed.value, problem.coupling.gap()]
     for old, new in zip(before, after, strict=True):
         assert np.array_equal(old, new)
     assert np.array_equal(residual, newton.evaluate_residual())

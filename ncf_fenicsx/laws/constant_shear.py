@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ufl
+
 from ncf_fenicsx.contracts import ShearLaw
 from ncf_fenicsx.kinematics import Expression, Kinematics
 from ncf_fenicsx.parts import parameter
@@ -14,6 +16,6 @@ class ConstantShear(ShearLaw):
     kind = "constant"
     modulus: PositiveStress = parameter("0.1 MPa", description="transverse shear modulus G_t")
 
-    def stress(self, kinematics: Kinematics) -> Expression:
-        """G_t (C_13, C_23) in Pa."""
-        return self.modulus * kinematics.transverse_shear
+    def energy(self, kinematics: Kinematics) -> Expression:
+        """W in J/m3."""
+        return self.modulus / 2 * ufl.dot(kinematics.transverse_shear, kinematics.transverse_shear)

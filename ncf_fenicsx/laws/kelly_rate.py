@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Literal, Self
 
+import ufl
 from pydantic import model_validator
 
-from ncf_fenicsx.contracts import RateLaw
+from ncf_fenicsx.contracts import CompactionStep, RateLaw, positive
 from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import parameter
-from ncf_fenicsx.units import PositiveSpeed, PositiveStress
+from ncf_fenicsx.parts import impossible, parameter
+from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
 
 
 class KellyRate(RateLaw):
     """A(v) / A(v_ref), A(v) = R - [alpha1 (v / v_ref)^alpha2 + (R - 1)^-alpha3]^(-1/alpha3), R = sigma_inf / sigma_0.
 
     The paper prints the exponent +1/alpha3, which falls with speed, turns negative and is not 1 at rest; with -1/alpha3
-    A(0) = 1 and A(infinity) = R, as the paper defines sigma_0 and sigma_inf. The compaction law was fitted at v_ref,
-    so the factor is normalised there.
+    A(0) = 1 and A(infinity) = R, as the paper defines sigma_0 and sigma_inf. The paper multiplies by A(v) a stress that
+    was fitted at v_ref, which counts A(v_ref) twice; the default divides by it. In opening the factor is that of rest,
+    the smallest: no cycle then gives more work than was put in, and with alpha2 > 1 the change is smooth.
     """
 
     kind = "kelly"
@@ -27,22 +29,50 @@ class KellyRate(RateLaw):
     sigma_0: PositiveStress = parameter("23726 Pa", description="stress at the lowest speed")
     sigma_inf: PositiveStress = parameter("85829 Pa", description="stress at the highest speed")
     v_ref: PositiveSpeed = parameter("2 mm/min", description="speed at which the compaction law was fitted")
+    exponent: Literal["corrected", "as_printed"] = parameter(
+        "corrected", description="-1/alpha3, or +1/alpha3 as printed"
+    )
+    normalised: Literal["v_ref", "lowest_speed"] = parameter(
+        "v_ref", description="speed at which the factor is 1: v_ref, or the lowest as printed"
+    )
+    feed: Literal["process", "local"] = parameter(
+        "process", description="speed: the tool's as it moves down, or the local closing speed of the layer"
+    )
+    reference_thickness: PositiveLength = parameter(
+        "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d ln(lambda_3)/dt"
+    )
 
     @model_validator(mode="after")
     def _stress_grows_with_speed(self) -> Self:
         if self.sigma_inf <= self.sigma_0:
-            raise ValueError(f"sigma_inf = {self.sigma_inf:g} Pa: expected more than sigma_0 = {self.sigma_0:g} Pa")
+            raise impossible("sigma_inf", self.sigma_inf, f"expected more than sigma_0 = {self.sigma_0:g} Pa")
         return self
 
     def growth(self, speed: Expression) -> Expression:
-        """A(v), dimensionless: 1 at rest, sigma_inf / sigma_0 at infinite speed."""
-        ratio = self.sigma_inf / self.sigma_0
-        speed_term = self.alpha1 * (speed / self.v_ref) ** self.alpha2
-        return ratio - (speed_term + (ratio - 1) ** (-self.alpha3)) ** (-1 / self.alpha3)
+        """A(v), dimensionless: 1 at rest and in opening, sigma_inf / sigma_0 at infinite speed."""
+        ratio, sign = self.sigma_inf / self.sigma_0, 1 if self.exponent == "as_printed" else -1
+        speed_term = self.alpha1 * (positive(speed) / self.v_ref) ** self.alpha2
+        return ratio - (speed_term + (ratio - 1) ** (-self.alpha3)) ** (sign / self.alpha3)
 
     def factor(self, speed: Expression) -> Expression:
-        """A(v) / A(v_ref)."""
-        return self.growth(speed) / self.growth(self.v_ref)
+        """A(v) / A(v_ref), or A(v)."""
+        return self.growth(speed) / (self.growth(self.v_ref) if self.normalised == "v_ref" else 1.0)
+
+    def speed(self, step: CompactionStep) -> Expression:
+        """Closing speed in m/s: of the process, or the reference thickness times d ln(Vf)/dt = -d ln(lambda_3)/dt."""
+        if self.feed == "process":
+            return step.process_speed
+        strain = ufl.ln(step.volume_fraction / step.old_volume_fraction)
+        return self.reference_thickness * strain * step.inverse_time_step
+
+    @property
+    def caution(self) -> str | None:
+        """The printed exponent makes the stress fall with speed, and negative from a speed on."""
+        if self.exponent == "corrected":
+            return None
+        ratio = self.sigma_inf / self.sigma_0
+        zero = self.v_ref * ((ratio**self.alpha3 - (ratio - 1) ** -self.alpha3) / self.alpha1) ** (1 / self.alpha2)
+        return f"the factor as printed falls with speed and is negative above {6e4 * zero:.3g} mm/min"
 
 
 class NoRate(RateLaw):

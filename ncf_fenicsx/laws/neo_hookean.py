@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ufl
 
-from ncf_fenicsx.contracts import InPlaneLaw
+from ncf_fenicsx.contracts import HyperelasticInPlaneLaw
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import parameter
 from ncf_fenicsx.units import PositiveStress
 
 
-class NeoHookean(InPlaneLaw):
+class NeoHookean(HyperelasticInPlaneLaw):
     """W = mu/2 (tr C_s - 2 - 2 ln J_s) + lambda/2 (ln J_s)^2, so S_s = mu (I - C_s^-1) + lambda ln J_s C_s^-1.
 
     The paper's Eq. 1 uses the three-dimensional J, so that compaction across the thickness strains the fibres; here
@@ -22,13 +22,12 @@ class NeoHookean(InPlaneLaw):
     modulus: PositiveStress = parameter("242 GPa", description="Young's modulus of the fibres")
     poisson: float = parameter(0.2, gt=-1, lt=1, description="Poisson's ratio in the plane (not in the paper)")
 
-    def stress(self, in_plane_cauchy_green: Expression) -> Expression:
-        """S_s in Pa, shape (2, 2)."""
+    def energy(self, in_plane_cauchy_green: Expression) -> Expression:
+        """W in J/m3."""
         mu = self.modulus / (2 * (1 + self.poisson))
         lame = self.modulus * self.poisson / (1 - self.poisson**2)
-        inverse = ufl.inv(in_plane_cauchy_green)
         log_area_stretch = ufl.ln(ufl.det(in_plane_cauchy_green)) / 2
-        return mu * ufl.Identity(2) + (lame * log_area_stretch - mu) * inverse
+        return mu / 2 * (ufl.tr(in_plane_cauchy_green) - 2 - 2 * log_area_stretch) + lame / 2 * log_area_stretch**2
 
     @property
     def stiffness(self) -> float:

@@ -1,0 +1,73 @@
+"""Elastic laws: of the fibres in their plane, of transverse shear, of isotropic solids."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import ufl
+
+from ncf_fenicsx.contracts.law import Law
+from ncf_fenicsx.kinematics import Expression, Kinematics
+
+
+class InPlaneLaw(Law):
+    """Fibre elasticity: second Piola-Kirchhoff stress S_s in the fibres' plane."""
+
+    family = "in_plane"
+
+    @abstractmethod
+    def stress(self, kinematics: Kinematics) -> Expression:
+        """S_s in Pa, shape (2, 2); its virtual work is S_s : variation(C_s) / 2."""
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> float:
+        """Largest in-plane modulus in Pa: it sets the forces that round-off leaves unbalanced."""
+
+
+class HyperelasticInPlaneLaw(InPlaneLaw):
+    """Fibre elasticity with an energy in C_s."""
+
+    @abstractmethod
+    def energy(self, in_plane_cauchy_green: Expression) -> Expression:
+        """W in J/m3 of reference volume."""
+
+    def stress(self, kinematics: Kinematics) -> Expression:
+        """S_s = 2 dW/dC_s in Pa, shape (2, 2)."""
+        C_s = ufl.variable(kinematics.in_plane_cauchy_green)
+        return 2 * ufl.diff(self.energy(C_s), C_s)
+
+
+class BendingLaw(Law):
+    """Bending of a layer apart from its membrane stiffness."""
+
+    family = "bending"
+
+    @abstractmethod
+    def share(self, in_plane_stiffness: float) -> float:
+        """Share of the fibres' stress that varies through the thickness; the rest is taken at the mid-plane."""
+
+
+class ShearLaw(Law):
+    """Transverse shear between the fibres' plane and the thickness."""
+
+    family = "shear"
+
+    @abstractmethod
+    def energy(self, kinematics: Kinematics) -> Expression:
+        """W in J/m3."""
+
+
+class SolidLaw(Law):
+    """Isotropic elastic solid in place of the fabric, to compare with general codes."""
+
+    family = "solid"
+
+    @abstractmethod
+    def energy(self, kinematics: Kinematics) -> Expression:
+        """W in J/m3."""
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> float:
+        """Stiffness in Pa of a layer pressed across its thickness, its sides held."""

@@ -1,0 +1,32 @@
+"""Bending of a layer apart from its membrane stiffness."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ncf_fenicsx.contracts import BendingLaw
+from ncf_fenicsx.parts import impossible, parameter
+from ncf_fenicsx.units import PositiveStress
+
+
+class MidPlane(BendingLaw):
+    """Fibres' stress taken at the mid-plane, and a bending modulus for what varies through the thickness.
+
+    A layer's yarns slide past each other as it bends, so its bending stiffness is far below that of a solid sheet of
+    the fibres' modulus: per width it is modulus t^3 / (12 (1 - nu^2)) here, whatever the membrane stiffness.
+    """
+
+    kind = "mid_plane"
+    modulus: PositiveStress = parameter("1 GPa", description="modulus in bending (not in the paper)")
+
+    def check(self, scene: Any) -> None:
+        """Raise where a layer has several elements through it, or is stiffer in bending than in its plane."""
+        if set(scene.stack.elements_through) != {1}:
+            raise impossible("stack.through", scene.stack.through, "expected 1 with laws.bending, taken at mid-plane")
+        stiffness = scene.laws.in_plane.stiffness
+        if self.modulus > stiffness:
+            raise impossible("laws.bending.modulus", self.modulus, f"expected at most the fibres' {stiffness:g} Pa")
+
+    def share(self, in_plane_stiffness: float) -> float:
+        """Bending modulus over the in-plane modulus."""
+        return self.modulus / in_plane_stiffness

@@ -1,0 +1,51 @@
+"""Unloading with permanent set and hysteresis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import ufl
+
+from ncf_fenicsx.contracts import CompactionStep, UnloadingLaw
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import impossible, parameter
+
+TINY = 1e-12
+
+
+class PermanentSet(UnloadingLaw):
+    """p(Vf - c D (1 - u^m)), p the curve of loading, D = Vf_max - Vf0, u = (Vf - Vf_p) / (Vf_max - Vf_p) in [0, 1].
+
+    Vf_max is the largest Vf reached, Vf_p = Vf0 + c D the Vf at which the unloaded fabric is free of stress. At Vf_max
+    the curve meets that of loading, which is then followed further; below Vf_p it is that of the fabric stretched from
+    Vf0, moved to Vf_p. Its work from Vf_p to Vf_max grows by less than that of loading as Vf_max grows, for any curve
+    that rises from zero: no cycle creates energy.
+    """
+
+    kind = "permanent_set"
+    set_share: float = parameter(0.5, ge=0, lt=1, description="c: share of the largest gain of Vf that stays")
+    exponent: float = parameter(3.0, ge=1, description="m: the larger, the steeper the first drop")
+
+    def check(self, scene: Any) -> None:
+        """Raise if the undeformed fabric is under stress: there is no loading from zero then."""
+        initial, compaction = scene.stack.initial_volume_fraction, scene.laws.compaction
+        if abs(compaction.pressure(initial, initial)) > 1e-6:
+            expected = f"expected a compaction law that is free of stress at Vf0; {compaction.kind} is not"
+            raise impossible("laws.unloading.kind", self.kind, expected)
+
+    def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:
+        """The largest Vf is Vf0."""
+        return {"largest_volume_fraction": initial_volume_fraction}
+
+    def updated_states(self, step: CompactionStep, old: dict[str, Expression]) -> dict[str, Expression]:
+        """Vf_max at the end of the step."""
+        return {"largest_volume_fraction": ufl.max_value(step.volume_fraction, old["largest_volume_fraction"])}
+
+    def pressure(self, step: CompactionStep, old: dict[str, Expression]) -> Expression:
+        """Pressure in Pa."""
+        vf = step.volume_fraction
+        gain = self.updated_states(step, old)["largest_volume_fraction"] - step.initial_volume_fraction
+        past_set = vf - step.initial_volume_fraction - self.set_share * gain
+        u = past_set / ufl.max_value((1 - self.set_share) * gain, TINY)
+        u = ufl.max_value(ufl.min_value(u, 1.0), 0.0)
+        return step.loading(vf - self.set_share * gain * (1 - u**self.exponent))

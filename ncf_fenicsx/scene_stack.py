@@ -1,0 +1,109 @@
+"""The stack of a scene: its layers, their mesh, how they are held and how they meet."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, PositiveInt, model_validator
+
+from ncf_fenicsx.parts import Part, Settings, parameter
+from ncf_fenicsx.units import ArealDensity, Density, Length, NonNegativeStiffness, Penalty, PositiveLength
+
+GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
+Side = Literal["free", "fixed", "symmetry"]
+Grading = Annotated[float, Field(ge=0, lt=1)]
+
+
+class Sides(Settings):
+    """How each lateral side of the modelled stack is held; at a symmetry plane the scene stands for its mirror too."""
+
+    x_min: Side = parameter("symmetry", description="side at the lowest x")
+    x_max: Side = parameter("free", description="side at the highest x")
+    y_min: Side = parameter("symmetry", description="side at the lowest y")
+    y_max: Side = parameter("free", description="side at the highest y")
+
+    @model_validator(mode="after")
+    def _cannot_slide_away(self) -> Self:
+        held_x = {self.x_min, self.x_max} - {"free"}
+        held_y = {self.y_min, self.y_max} - {"free"}
+        if "fixed" not in held_x | held_y and not (held_x and held_y):
+            raise ValueError(
+                "nothing keeps the layers from sliding away; expected a fixed side, or a symmetry plane in x and in y"
+            )
+        return self
+
+    @property
+    def copies(self) -> int:
+        """Number of mirror images the model stands for: the factor from its forces to those of the whole."""
+        planes = (self.x_min, self.x_max, self.y_min, self.y_max).count("symmetry")
+        return 2**planes
+
+
+class Stack(Settings):
+    """The layers of fabric, and their mesh."""
+
+    layers: PositiveInt = parameter(4, description="number of layers")
+    thickness: PositiveLength = parameter("2 mm", description="thickness of each layer")
+    size: tuple[PositiveLength, PositiveLength] = parameter(
+        ("76 mm", "76 mm"), description="modelled extent in x and y (a quarter, by symmetry)"
+    )
+    areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
+    fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
+    divisions: tuple[PositiveInt, PositiveInt] = parameter((40, 24), description="elements along x and y")
+    through: PositiveInt | tuple[PositiveInt, ...] = parameter(
+        1, description="elements through each layer, one number or one a layer"
+    )
+    grading: tuple[Grading, Grading] = parameter(
+        (0.8, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"
+    )
+    focus: tuple[Length, Length] | None = parameter(
+        None, description="x and y that the mesh is refined towards; the tool's position unless given"
+    )
+    mesh: str | None = parameter(
+        None, description="gmsh file to use instead of size, divisions, through, grading, focus; relative to the scene"
+    )
+    sides: Sides = parameter(Sides(), description="how the lateral sides are held")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        given = self.model_fields_set & GIVEN_BY_MESH
+        if self.mesh is not None and given:
+            raise ValueError(f"the mesh file gives {', '.join(sorted(given))}; expected only one of both")
+        if isinstance(self.through, tuple) and len(self.through) != self.layers:
+            raise ValueError(f"through has {len(self.through)} numbers; expected one for each of {self.layers} layers")
+        if self.initial_volume_fraction >= 1:
+            raise ValueError(
+                f"areal_density / (fibre_density thickness) gives Vf0 = {self.initial_volume_fraction:.3f}; "
+                "expected less than 1"
+            )
+        return self
+
+    @property
+    def initial_volume_fraction(self) -> float:
+        """Vf0 = areal density / (fibre density * thickness) (paper, second Eq. 4)."""
+        return float(self.areal_density / (self.fibre_density * self.thickness))
+
+    @property
+    def elements_through(self) -> tuple[int, ...]:
+        """Number of elements through each layer, from the bottom up."""
+        return self.through if isinstance(self.through, tuple) else (self.through,) * self.layers
+
+
+class Bonded(Part):
+    """Neighbouring layers share their nodes."""
+
+    family = "interface"
+    kind = "bonded"
+
+
+class OneSided(Part):
+    """Neighbouring layers touch without friction and can open."""
+
+    family = "interface"
+    kind = "one_sided"
+    penalty: Penalty = parameter(
+        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
+    )
+    stitching: NonNegativeStiffness = parameter(
+        "0 Pa/m", description="stiffness of the stitching yarns against opening; 0 is none"
+    )

@@ -1,0 +1,57 @@
+"""Fields that remember: committed with an accepted step, tried before, never touched by one that fails."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import basix.ufl
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ncf_fenicsx import compat
+from ncf_fenicsx.kinematics import Expression
+
+Floats = NDArray[np.float64]
+
+
+class States:
+    """State fields at quadrature points.
+
+    Args:
+        mesh: DOLFINx mesh.
+        degree: quadrature degree of the forms they are used in.
+        initial: names with their values at the start.
+    """
+
+    def __init__(self, mesh: Any, degree: int, initial: dict[str, float]) -> None:
+        self.mesh = mesh
+        self.fields: dict[str, Any] = {}
+        self._updates: dict[str, Any] = {}
+        self._cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
+        if initial:
+            element = basix.ufl.quadrature_element(mesh.basix_cell(), degree=degree)
+            self._space = fem.functionspace(mesh, element)
+            self._points = compat.interpolation_points(self._space.element)
+        for name, value in initial.items():
+            self.fields[name] = fem.Function(self._space, name=name)
+            self.fields[name].x.array[:] = value
+
+    def follow(self, updates: dict[str, Expression]) -> None:
+        """Take the expressions that give the states at the end of a step."""
+        self._updates = {name: compat.compile_expression(update, self._points) for name, update in updates.items()}
+
+    def trial(self, name: str) -> Floats:
+        """A state as the present displacement gives it, shape (cells, points)."""
+        return np.asarray(self._updates[name].eval(self.mesh, self._cells))
+
+    def commit(self) -> None:
+        """Replace all states by their trial values, each of which may depend on all old ones."""
+        trials = {name: self.trial(name) for name in self._updates}
+        for name, values in trials.items():
+            self.fields[name].x.array[self._space.dofmap.list] = values
+
+    def places(self) -> Floats:
+        """Undeformed places of the points in m, shape (cells, points, 3)."""
+        x = compat.compile_expression(compat.coordinates(self.mesh), self._points)
+        return np.asarray(x.eval(self.mesh, self._cells)).reshape(len(self._cells), -1, 3)

@@ -1,0 +1,71 @@
+"""Numbers from the symbols of laws, without a mesh."""
+
+import numpy as np
+import ufl
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+
+from ncf_fenicsx import Scene
+from ncf_fenicsx.contracts import CompactionStep
+from ncf_fenicsx.kinematics import Kinematics
+from ncf_fenicsx.parts import kinds
+
+MM_PER_MIN = 1e-3 / 60
+VF0 = Scene.from_table({"duration": "1 s"}).stack.initial_volume_fraction
+
+
+def number(expression):
+    """Value of a UFL expression without fields."""
+    return float(apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))(()))
+
+
+def numbers(tensor):
+    """Values of a UFL tensor without fields."""
+    return np.array([number(tensor[index]) for index in np.ndindex(*tensor.ufl_shape)]).reshape(tensor.ufl_shape)
+
+
+def law(family, kind, **keys):
+    """A law from its table."""
+    return kinds(family)[kind].model_validate(keys)
+
+
+def strained(deformation_gradient, measure="thickness"):
+    """Kinematics of a constant deformation gradient."""
+    return Kinematics(ufl.as_matrix(np.asarray(deformation_gradient).tolist()), ufl.as_ufl(VF0), measure)
+
+
+def in_step(compaction, vf, old_vf=VF0, time_step=0.0, process_speed=0.0):
+    """What a law is told of a step."""
+    inverse = 1 / time_step if time_step else 0.0
+    return CompactionStep(
+        ufl.as_ufl(vf),
+        ufl.as_ufl(old_vf),
+        VF0,
+        time_step,
+        inverse,
+        process_speed,
+        lambda x: compaction.pressure(x, VF0),
+    )
+
+
+def march(laws, compaction, history, rate=None):
+    """Pressures of stateful laws over a history of (time, Vf), with the rate factor on the slow one if given.
+
+    Args:
+        laws: unloading or relaxation laws, or both.
+        compaction: the loading curve.
+        history: rows of time in s and Vf, from Vf0 at the start.
+        rate: rate law fed by local speed.
+    """
+    states = {name: value for law in laws for name, value in law.initial_states(VF0).items()}
+    pressures = [0.0]
+    for (t0, vf0), (t1, vf1) in zip(history[:-1], history[1:], strict=True):
+        step = in_step(compaction, vf1, vf0, t1 - t0)
+        unloading = [law for law in laws if law.family == "unloading"]
+        slow = unloading[0].pressure(step, states) if unloading else step.loading(step.volume_fraction)
+        factor = 1.0 if rate is None else rate.factor(rate.speed(step))
+        extra = sum(law.pressure(step, states) for law in laws if law.family == "relaxation")
+        pressures.append(number(factor * slow + extra))
+        updated = {name: value for law in laws for name, value in law.updated_states(step, states).items()}
+        states = {name: number(value) for name, value in updated.items()}
+    return np.array(pressures)

@@ -1,0 +1,175 @@
+"""Compaction pressure and its rate against the paper's figures, closed forms and finite differences."""
+
+import numpy as np
+import pytest
+from laws_by_number import MM_PER_MIN, VF0, in_step, law, number
+from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
+
+from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.laws.exponential import Exponential
+from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.table import Table
+from ncf_fenicsx.parts import kinds
+
+LAWS = [kind() for kind in kinds("compaction").values()]
+LAWS += [Exponential(toe="clip"), Exponential(toe="raw")]
+STRESS_FREE = [made for made in LAWS if getattr(made, "toe", "") != "raw"]
+
+
+def name(made):
+    return f"{made.kind}-{getattr(made, 'toe', '')}"
+
+
+def test_initial_volume_fraction_of_the_paper():
+    assert pytest.approx(0.398045, abs=5e-7) == VF0
+
+
+@pytest.mark.parametrize(
+    ("vf", "kpa"),
+    [(0.398045, -0.9618), (0.41, -0.6612), (0.423, -0.2546), (0.43, 0.0058), (0.45, 0.9523), (0.466, 1.9877)]
+    + [(0.50, 5.4339), (0.55, 16.1798), (0.60, 41.9459), (0.65, 103.727)],
+)
+def test_the_printed_curve(vf, kpa):
+    assert Exponential(toe="raw").pressure(vf, VF0) / 1e3 == pytest.approx(kpa, abs=1e-3)
+    assert Exponential().as_printed(vf) / 1e3 == pytest.approx(kpa, abs=1e-3)
+
+
+def test_the_printed_curve_is_tensile_in_the_undeformed_fabric_and_the_options_are_not():
+    raw, clip, shift = (Exponential(toe=toe) for toe in ("raw", "clip", "shift"))
+    assert raw.pressure(VF0, VF0) == pytest.approx(-962, abs=0.5)
+    assert raw.pressure(0.429852, VF0) == pytest.approx(0.0, abs=0.02)
+    assert clip.pressure(VF0, VF0) == shift.pressure(VF0, VF0) == 0
+    vf = np.linspace(0.46, 0.7, 30)
+    assert shift.pressure(vf, VF0) - raw.pressure(vf, VF0) == pytest.approx(np.full(30, 962), abs=0.5)
+    assert np.abs(clip.pressure(vf, VF0) - raw.pressure(vf, VF0)).max() < 20
+    assert clip.pressure(0.415, VF0) < 20  # the toe is gone
+    slopes = np.diff(clip.pressure(np.linspace(0.38, 0.5, 4001), VF0))
+    assert np.all(slopes > 0)
+    assert np.abs(np.diff(slopes) / slopes[1:]).max() < 0.02  # and the corner is round
+
+
+@pytest.mark.parametrize("made", LAWS, ids=name)
+def test_pressure_grows_with_the_volume_fraction(made):
+    vf = np.linspace(0.35, min(0.75, 0.99 * made.packing_limit), 400)
+    assert np.all(np.diff(made.pressure(vf, VF0)) > 0)
+    if made in STRESS_FREE:
+        assert made.pressure(VF0, VF0) == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("made", [made for made in STRESS_FREE if made.kind != "gutowski"], ids=name)
+def test_the_defaults_of_the_alternatives_meet_the_papers_curve(made):
+    if getattr(made, "toe", "") != "clip":
+        for vf in (0.5, 0.6):
+            assert made.pressure(vf, VF0) == pytest.approx(Exponential().pressure(vf, VF0), rel=2e-3)
+
+
+@pytest.mark.parametrize("made", LAWS, ids=name)
+@pytest.mark.parametrize("vf", [0.39, 0.403, 0.47, 0.58, 0.66])
+def test_pressure_is_the_derivative_of_the_energy(made, vf):
+    """d energy / d lambda_3 = -pressure, with lambda_3 = Vf0 / Vf."""
+    stretch, step = VF0 / vf, 1e-6
+    low, high = (made.energy(VF0 / (stretch + sign * step), VF0) for sign in (-1, 1))
+    assert -(high - low) / (2 * step) == pytest.approx(made.pressure(vf, VF0), rel=1e-6, abs=1e-4)
+
+
+@pytest.mark.parametrize("made", LAWS, ids=name)
+def test_energy_is_the_work_of_the_pressure(made):
+    knots = [0.40, 0.42, 0.46, 0.5, 0.55]
+    work, _ = quad(lambda vf: made.pressure(vf, VF0) * VF0 / vf**2, VF0, 0.6, points=knots, epsabs=1e-12)
+    assert made.energy(0.6, VF0) == pytest.approx(work, rel=1e-8)
+
+
+@pytest.mark.parametrize("made", LAWS, ids=name)
+@pytest.mark.parametrize("stretch", [0.97, 0.8, 0.65])
+def test_tangent_is_the_derivative_over_the_thickness_stretch(made, stretch):
+    step = 1e-6
+    slope = (made.pressure(VF0 / (stretch + step), VF0) - made.pressure(VF0 / (stretch - step), VF0)) / (2 * step)
+    assert made.tangent(VF0 / stretch, VF0) == pytest.approx(-slope, rel=1e-6)
+
+
+@pytest.mark.parametrize("made", LAWS, ids=name)
+def test_formulas_hold_for_symbols_as_for_numbers(made):
+    step = in_step(made, 0.57)
+    assert number(step.loading(step.volume_fraction)) == pytest.approx(made.pressure(0.57, VF0), rel=1e-14)
+
+
+def test_closed_forms():
+    power, offset = law("compaction", "power"), law("compaction", "offset_power", toe=1e-9)
+    assert power.pressure(0.6, VF0) == pytest.approx(6.97455e6 * (0.6**9.93265 - VF0**9.93265))
+    assert offset.pressure(0.6, VF0) == pytest.approx((225.8515 * (0.6 - VF0)) ** 2.791795, rel=1e-6)
+    gutowski = law("compaction", "gutowski", spring="280 Pa", limit=0.70)
+    expected = 280 * (np.sqrt(0.6 / VF0) - 1) / (np.sqrt(0.7 / 0.6) - 1) ** 4
+    assert gutowski.pressure(0.6, VF0) == pytest.approx(expected, rel=1e-12)
+    assert gutowski.pressure(0.6999, VF0) > 1e6 * gutowski.pressure(0.6, VF0)
+
+
+def test_the_table_is_pchip_through_its_points_and_shifted_to_zero():
+    made = Table()
+    vf, stress = np.array(made.volume_fraction), np.array(made.stress)
+    inner = np.linspace(0.40, 0.60, 61)  # the outer slopes are held above a tenth of the secant's
+    reference = PchipInterpolator(vf, stress)
+    at_rest = made.pressure(0.45, VF0) - reference(0.45)
+    assert made.pressure(inner, VF0) - at_rest == pytest.approx(reference(inner), rel=1e-12)
+    assert made.pressure(vf, VF0) - at_rest == pytest.approx(stress, rel=1e-12)
+
+
+# rate
+
+
+@pytest.mark.parametrize(
+    ("speed", "growth", "kpa"),
+    [(0, 1.0, 25.28), (0.5, 1.01138, 25.57), (1, 1.10020, 27.82), (2, 1.65887, 41.95), (5, 3.05293, 77.20)],
+)
+def test_rate_factor_and_stress_at_vf_60(speed, growth, kpa):
+    rate = KellyRate()
+    assert rate.growth(speed * MM_PER_MIN) == pytest.approx(growth, abs=5e-6)
+    assert rate.factor(speed * MM_PER_MIN) * Exponential().as_printed(0.6) / 1e3 == pytest.approx(kpa, abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("speed", "growth"), [(0, 3.2355), (1, 3.2203), (2, 3.1069), (3, 2.8370), (5, 1.8463), (10, -2.891)]
+)
+def test_rate_factor_as_printed(speed, growth):
+    assert KellyRate(exponent="as_printed").growth(speed * MM_PER_MIN) == pytest.approx(growth, abs=5e-4)
+
+
+def test_normalised_at_the_lowest_speed_the_level_of_the_fit_counts_twice():
+    factor = KellyRate(normalised="lowest_speed").factor(2 * MM_PER_MIN)
+    assert factor * Exponential().as_printed(0.6) / 1e3 == pytest.approx(69.6, abs=0.05)
+
+
+def test_rate_growth_has_the_limits_the_paper_defines():
+    rate = KellyRate()
+    assert rate.growth(0.0) == pytest.approx(1.0, rel=1e-12)
+    assert rate.growth(1e6) == pytest.approx(85829 / 23726, rel=1e-6)
+    assert rate.factor(rate.v_ref) == 1.0
+
+
+@pytest.mark.parametrize("exponent", ["corrected", "as_printed"])
+def test_opening_has_the_factor_of_rest_and_the_change_is_smooth(exponent):
+    rate = KellyRate(exponent=exponent)
+    speeds = np.linspace(-0.02, 0.02, 401) * MM_PER_MIN
+    growth = rate.growth(speeds)
+    assert np.all(growth[speeds < 0] == rate.growth(0.0))
+    assert growth[-1] != rate.growth(0.0)
+    slope = np.gradient(growth, speeds) * MM_PER_MIN
+    assert np.abs(np.diff(slope)).max() < 1e-5
+
+
+def test_the_local_closing_speed_is_the_reference_thickness_times_the_strain_rate():
+    rate = KellyRate(feed="local", reference_thickness="8 mm")
+    thickness = 2e-3 * VF0 / np.array([0.5, 0.501])
+    strain_rate = np.log(thickness[0] / thickness[1]) / 0.25
+    step = in_step(Exponential(), 0.501, 0.5, time_step=0.25, process_speed=1.0)
+    assert number(rate.speed(step)) == pytest.approx(8e-3 * strain_rate, rel=1e-12)
+    assert KellyRate().speed(step) == 1.0
+    assert number(rate.speed(in_step(Exponential(), 0.501, 0.5, time_step=0.0))) == 0  # settling is no closing
+
+
+def test_the_printed_factor_is_refused_where_it_is_negative():
+    table = {"laws": {"rate": {"exponent": "as_printed"}}}
+    path = [{"travel": ["0 mm", "0 mm", "-1 mm"], "speed": "10 mm/min"}]
+    with pytest.raises(SceneError, match=r"tool.path.speed = .* expected a speed .* positive kelly rate factor"):
+        Scene.from_table(table | {"tool": {"path": path}})
+    assert "negative above 7." in Scene.from_table(table | {"tool": {}}).laws.cautions[0]

@@ -1,0 +1,216 @@
+"""Elasticity of fibres, shear and solids against finite differences, closed forms and each other."""
+
+import numpy as np
+import pytest
+import ufl
+from laws_by_number import VF0, law, number, numbers, strained
+
+from ncf_fenicsx.kinematics import Kinematics
+from ncf_fenicsx.laws.as_printed import NeoHookeanAsPrinted
+from ncf_fenicsx.laws.fibre_families import FibreFamilies
+from ncf_fenicsx.laws.neo_hookean import NeoHookean
+from ncf_fenicsx.material import normal_stress_of
+
+RNG = np.random.default_rng(5)
+DEFORMATIONS = [np.eye(3) + RNG.uniform(-0.1, 0.1, (3, 3)) for _ in range(3)]
+TURN = np.linalg.qr(RNG.normal(size=(3, 3)))[0]
+TURN *= np.sign(np.linalg.det(TURN))
+
+HYPERELASTIC = [
+    NeoHookean(),
+    NeoHookean(poisson=-0.3),
+    FibreFamilies(),
+    FibreFamilies(plies=(30.0,), shear_modulus="3 GPa", transition=0.01),
+]
+
+
+def in_plane_energy(made, c):
+    return number(made.energy(ufl.as_matrix(c.tolist())))
+
+
+@pytest.mark.parametrize("made", HYPERELASTIC, ids=lambda made: f"{made.kind}")
+@pytest.mark.parametrize("F", DEFORMATIONS)
+def test_in_plane_stress_is_the_derivative_of_its_energy(made, F):
+    c, step = (F.T @ F)[:2, :2], 1e-6
+    stress = numbers(made.stress(strained(F)))
+    for i, j in np.ndindex(2, 2):
+        change = np.zeros((2, 2))
+        change[i, j] += step / 2
+        change[j, i] += step / 2
+        slope = (in_plane_energy(made, c + change) - in_plane_energy(made, c - change)) / (2 * step)
+        assert stress[i, j] == pytest.approx(2 * slope, rel=1e-6, abs=1e-8 * made.stiffness)
+
+
+def test_the_neo_hookean_stress_is_the_textbook_one():
+    made, F = NeoHookean(), DEFORMATIONS[0]
+    c = (F.T @ F)[:2, :2]
+    mu, lame = made.modulus / 2 / (1 + made.poisson), made.modulus * made.poisson / (1 - made.poisson**2)
+    expected = mu * (np.eye(2) - np.linalg.inv(c)) + lame * np.log(np.linalg.det(c)) / 2 * np.linalg.inv(c)
+    assert numbers(made.stress(strained(F))) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_pulled_strip_has_the_modulus_and_poisson_ratio_it_is_given():
+    made, strain = NeoHookean(), 1e-6
+    stress = numbers(made.stress(strained(np.diag([1 + strain, 1 - made.poisson * strain, 1.0]))))
+    assert stress[0, 0] == pytest.approx(made.modulus * strain, rel=1e-5)
+    assert abs(stress[1, 1]) < 1e-5 * made.modulus * strain
+
+
+def test_compaction_leaves_the_fibres_alone_unless_as_printed():
+    """6.25 % compaction: nothing in the plane by the default, -8.7 GPa by the printed law."""
+    pressed = strained(np.diag([1, 1, 1 - 0.0625]))
+    assert numbers(NeoHookean().stress(pressed)) == pytest.approx(np.zeros((2, 2)))
+    stress = numbers(NeoHookeanAsPrinted().stress(pressed)) / (1 - 0.0625)  # Cauchy: the area is as it was
+    assert stress == pytest.approx(-8.725e9 * np.eye(2), rel=1e-3)
+
+
+@pytest.mark.parametrize("F", DEFORMATIONS)
+def test_the_printed_law_is_the_projected_cauchy_stress_of_equation_1(F):
+    made = NeoHookeanAsPrinted()
+    B, J = F @ F.T, np.linalg.det(F)
+    sigma = made.shear_modulus / J * (B - np.eye(3)) + made.lame * (J - 1) * np.eye(3)
+    normal = np.linalg.inv(F).T @ [0, 0, 1]
+    P = np.eye(3) - np.outer(normal, normal) / (normal @ normal)
+    second = J * np.linalg.inv(F) @ P @ sigma @ P @ np.linalg.inv(F).T
+    assert numbers(made.stress(strained(F))) == pytest.approx(second[:2, :2], rel=1e-10)
+    assert np.abs(second[2]).max() < 1e-6 * np.abs(second).max()  # nothing across the plane
+
+
+def test_fibres_carry_tension_along_their_ply_and_less_in_compression():
+    made = FibreFamilies(plies=(0.0,), modulus="200 GPa", modulus_compression="20 GPa", shear_modulus="1 kPa")
+    strain = 1e-3
+    for sign, modulus in ((1, 200e9), (-1, 20e9)):
+        c = np.sqrt(1 + 2 * sign * strain)
+        stress = numbers(made.stress(strained(np.diag([c, 1, 1]))))
+        assert stress[0, 0] == pytest.approx(sign * modulus * strain, rel=6e-3)  # less than d/2 in tension
+        assert abs(stress[1, 1]) < 10
+        across = numbers(made.stress(strained(np.diag([1, c, 1]))))
+        assert np.abs(across).max() < 10
+
+
+def test_stress_and_tangent_of_a_family_go_smoothly_from_compression_to_tension():
+    made = FibreFamilies(plies=(0.0,), transition=1e-4)
+    strains = np.linspace(-3e-4, 3e-4, 61)
+    stress = np.array([number(made.stress(strained(np.diag([np.sqrt(1 + 2 * e), 1, 1])))[0, 0]) for e in strains])
+    tangent = np.gradient(stress, strains)
+    assert tangent[5] == pytest.approx(24.2e9, rel=1e-3)
+    assert tangent[-5] == pytest.approx(242e9, rel=1e-3)
+    assert np.abs(np.diff(tangent)).max() < 0.15 * 242e9
+
+
+def test_simple_shear_of_families_gives_the_shear_modulus():
+    made, shear = FibreFamilies(plies=(0.0, 90.0), shear_modulus="5 MPa", transition=0.09), 1e-4
+    stress = numbers(made.stress(strained([[1, shear, 0], [0, 1, 0], [0, 0, 1]])))
+    assert stress[0, 1] == pytest.approx(5e6 * shear, rel=2e-2)
+
+
+def test_plies_turned_with_the_deformation_give_the_same_energy():
+    turn = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
+    c = (DEFORMATIONS[1].T @ DEFORMATIONS[1])[:2, :2]
+    plies = (10.0, -35.0, 80.0)
+    turned = FibreFamilies(plies=tuple(angle + np.degrees(0.4) for angle in plies))
+    straight = FibreFamilies(plies=plies)
+    assert in_plane_energy(turned, turn @ c @ turn.T) == pytest.approx(in_plane_energy(straight, c), rel=1e-12)
+    assert in_plane_energy(straight, turn @ c @ turn.T) != pytest.approx(in_plane_energy(straight, c), rel=1e-3)
+
+
+def test_a_quasi_isotropic_stack_is_isotropic_in_tension():
+    made = FibreFamilies(plies=(0.0, 45.0, 90.0, -45.0), transition=1e-8)
+    c = np.diag([1.02, 1.005])
+    energies = []
+    for angle in np.linspace(0, np.pi, 7):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        energies.append(in_plane_energy(made, turn @ c @ turn.T))
+    assert energies == pytest.approx([energies[0]] * 7, rel=1e-5)
+
+
+# transverse shear
+
+
+@pytest.mark.parametrize("kind", ["constant", "growing"])
+def test_shear_energy_of_a_slide(kind):
+    made, slide = law("shear", kind, modulus="0.3 MPa"), 0.05
+    F = np.eye(3)
+    F[0, 2] = slide
+    assert number(made.energy(strained(F))) == pytest.approx(0.3e6 / 2 * slide**2, rel=1e-12)
+
+
+def test_growing_shear_follows_the_volume_fraction():
+    made, F = law("shear", "growing", exponent=4.0), np.eye(3)
+    F[0, 2], F[2, 2] = 0.05, 0.8
+    constant = number(law("shear", "constant").energy(strained(F)))
+    assert number(made.energy(strained(F))) == pytest.approx((1 / 0.8) ** 4 * constant, rel=1e-12)
+    assert number(law("shear", "growing", exponent=0.0).energy(strained(F))) == pytest.approx(constant, rel=1e-12)
+
+
+# isotropic solids
+
+
+SOLIDS = [law("solid", kind, modulus="1 MPa", poisson=0.3) for kind in ("logarithmic", "split")]
+
+
+def solid_stress(made, F):
+    """First Piola-Kirchhoff stress by central differences of the energy."""
+    P, step = np.zeros((3, 3)), 1e-6
+    for i, j in np.ndindex(3, 3):
+        change = np.zeros((3, 3))
+        change[i, j] = step
+        P[i, j] = (number(made.energy(strained(F + change))) - number(made.energy(strained(F - change)))) / (2 * step)
+    return P
+
+
+@pytest.mark.parametrize("made", SOLIDS, ids=lambda made: made.kind)
+def test_solids_have_the_modulus_and_poisson_ratio_they_are_given(made):
+    strain = 1e-5
+    stress = solid_stress(made, np.diag([1 + strain, 1 - 0.3 * strain, 1 - 0.3 * strain]))
+    assert stress[0, 0] == pytest.approx(1e6 * strain, rel=1e-3)
+    assert abs(stress[1, 1]) < 1e-3 * 1e6 * strain
+    held = solid_stress(made, np.diag([1, 1, 1 - strain]))
+    assert held[2, 2] == pytest.approx(-made.stiffness * strain, rel=1e-3)
+
+
+@pytest.mark.parametrize("F", DEFORMATIONS)
+def test_solids_are_the_textbook_ones(F):
+    mu, lame, bulk = 1e6 / 2.6, 1e6 * 0.3 / (1.3 * 0.4), 1e6 / 1.2
+    J, I1 = np.linalg.det(F), np.trace(F.T @ F)
+    logarithmic = mu / 2 * (I1 - 3) - mu * np.log(J) + lame / 2 * np.log(J) ** 2
+    split = mu / 2 * (J ** (-2 / 3) * I1 - 3) + bulk / 2 * (J - 1) ** 2
+    for made, expected in zip(SOLIDS, (logarithmic, split), strict=True):
+        assert number(made.energy(strained(F))) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("made", [*SOLIDS, law("shear", "growing")], ids=lambda made: made.kind)
+@pytest.mark.parametrize("F", DEFORMATIONS)
+def test_normal_stress_is_that_of_the_cauchy_stress(made, F):
+    sigma = solid_stress(made, F) @ F.T / np.linalg.det(F)
+    normal = np.linalg.inv(F).T @ [0, 0, 1]
+    normal /= np.linalg.norm(normal)
+    value = number(normal_stress_of(made.energy, strained(F)))
+    assert value == pytest.approx(normal @ sigma @ normal, rel=1e-6, abs=1e-3)
+
+
+# kinematics
+
+
+@pytest.mark.parametrize("F", DEFORMATIONS)
+def test_energies_and_stretches_do_not_see_a_rotation(F):
+    for made in SOLIDS:
+        assert number(made.energy(strained(TURN @ F))) == pytest.approx(number(made.energy(strained(F))), rel=1e-10)
+    for measure in ("thickness", "volume"):
+        one, two = strained(F, measure), strained(TURN @ F, measure)
+        for name in ("volume_fraction", "thickness_stretch", "volume_ratio", "area_stretch"):
+            assert number(getattr(two, name)) == pytest.approx(number(getattr(one, name)), rel=1e-12)
+
+
+@pytest.mark.parametrize("F", DEFORMATIONS)
+def test_volume_fraction_by_thickness_and_by_volume(F):
+    by_thickness, by_volume = (number(strained(F, measure).volume_fraction) for measure in ("thickness", "volume"))
+    assert by_volume == pytest.approx(VF0 / np.linalg.det(F), rel=1e-12)
+    area = np.sqrt(np.linalg.det((F.T @ F)[:2, :2]))
+    assert by_thickness == pytest.approx(VF0 * area / np.linalg.det(F), rel=1e-12)
+    stretch = number(strained(F).thickness_stretch)
+    assert by_thickness == pytest.approx(VF0 * np.exp(-np.log(stretch)), rel=1e-12)  # Eq. 5 of the paper
+
+
+def test_an_inverted_body_has_a_negative_stretch():
+    assert number(Kinematics(ufl.as_matrix(np.diag([1.0, 1.0, -0.2]).tolist())).thickness_stretch) < 0
