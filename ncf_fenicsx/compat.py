@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import basix.ufl
@@ -48,6 +49,7 @@ def create_matrix(comm: MPI.Comm, pattern: Any) -> Any:
 
 def compile_form(form: ufl.Form) -> Any:
     """Compiled linear or bilinear form."""
+    warnings.filterwarnings("ignore", "Applying str.. to a metadata value")  # points of a quadrature rule: few, exact
     return fem.form(form, jit_options=dict(JIT))
 
 

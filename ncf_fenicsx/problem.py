@@ -185,7 +185,7 @@ class Problem:
         self._set_time(time, 0.0)
 
     def _set_time(self, time: float, size: float) -> None:
-        """Put the tool where it is at a time (s), and tell the laws the size of the step that ends there, 0 between steps."""
+        """Put the tool where it is at a time (s); tell the laws the size of the step that ends there, 0 between."""
         self._time = time
         self.clock.time_step.value = size
         self.clock.inverse_time_step.value = 1 / size if size else 0.0

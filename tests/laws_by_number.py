@@ -1,5 +1,7 @@
 """Numbers from the symbols of laws, without a mesh."""
 
+from itertools import pairwise
+
 import numpy as np
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
@@ -59,7 +61,7 @@ def march(laws, compaction, history, rate=None):
     """
     states = {name: value for law in laws for name, value in law.initial_states(VF0).items()}
     pressures = [0.0]
-    for (t0, vf0), (t1, vf1) in zip(history[:-1], history[1:], strict=True):
+    for (t0, vf0), (t1, vf1) in pairwise(history):
         step = in_step(compaction, vf1, vf0, t1 - t0)
         unloading = [law for law in laws if law.family == "unloading"]
         slow = unloading[0].pressure(step, states) if unloading else step.loading(step.volume_fraction)

@@ -11,6 +11,8 @@ from ncf_fenicsx.laws.fibre_families import FibreFamilies
 from ncf_fenicsx.laws.neo_hookean import NeoHookean
 from ncf_fenicsx.material import normal_stress_of
 
+pytestmark = pytest.mark.serial
+
 RNG = np.random.default_rng(5)
 DEFORMATIONS = [np.eye(3) + RNG.uniform(-0.1, 0.1, (3, 3)) for _ in range(3)]
 TURN = np.linalg.qr(RNG.normal(size=(3, 3)))[0]

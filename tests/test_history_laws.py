@@ -1,5 +1,7 @@
 """Relaxation and unloading against exact solutions and the second law, with no mesh."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,8 @@ from scipy.integrate import quad
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.laws.exponential import Exponential
 from ncf_fenicsx.laws.kelly_rate import KellyRate
+
+pytestmark = pytest.mark.serial
 
 EXPONENTIAL = Exponential()
 ONE = law("relaxation", "maxwell", branches=[{"share": 0.4, "time": "5 s"}])
@@ -149,7 +153,7 @@ def test_a_cycle_never_creates_energy(case, points, last):
 def test_the_work_test_sees_a_law_that_creates_energy():
     """The same measure on a law that unloads above its loading curve."""
     history = refined([0.0, 1.0, 2.0], [VF0, 0.6, VF0], parts=40)
-    up = np.array([vf1 > vf0 for (_, vf0), (_, vf1) in zip(history[:-1], history[1:], strict=True)])
+    up = np.array([vf1 > vf0 for (_, vf0), (_, vf1) in pairwise(history)])
     vf = np.array([vf for _, vf in history])
     wrong = loading(vf) * np.concatenate([[1.0], np.where(up, 1.0, 1.3)])
     assert work_of(history, wrong) < 0

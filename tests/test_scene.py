@@ -30,6 +30,53 @@ WRONG = {
     "unknown tool": (["tool.kind=rollr"], "tool.kind = 'rollr': no such tool"),
     "unknown law": (["laws.compaction.kind=magic"], "laws.compaction.kind = 'magic': no such compaction"),
     "reference speed zero": (["laws.rate.v_ref=0 mm/min"], "laws.rate.v_ref = '0 mm/min': expected a positive speed"),
+    "negative modulus": (["laws.in_plane.modulus=-1 GPa"], "laws.in_plane.modulus = '-1 GPa': expected a positive"),
+    "negative shear": (["laws.shear.modulus=-1 Pa"], "laws.shear.modulus = '-1 Pa': expected a positive stress"),
+    "rate falls": (["laws.rate.sigma_inf=1 kPa"], "laws.rate.sigma_inf = 1000.0: expected more than sigma_0"),
+    "toe": (["laws.compaction.toe=none"], "laws.compaction.toe = 'none': expected 'shift', 'clip' or 'raw'"),
+    "table not ascending": (
+        ["laws.compaction={kind='table', volume_fraction=[0.4, 0.5], stress=['2 kPa', '1 kPa']}"],
+        "laws.compaction.stress = [2000.0, 1000.0]: expected ascending numbers",
+    ),
+    "table with a gap": (
+        ["laws.compaction={kind='table', volume_fraction=[0.4, 0.5], stress=['2 kPa', '3 kPa', '4 kPa']}"],
+        "laws.compaction.stress = [2000.0, 3000.0, 4000.0]: expected 2 entries",
+    ),
+    "locked from the start": (
+        ["laws.compaction={kind='gutowski', limit=0.3}"],
+        "laws.compaction.limit = 0.3: expected above Vf0 = 0.398",
+    ),
+    "no plies": (
+        ["laws.in_plane={kind='fibre_families', plies=[]}"],
+        "laws.in_plane.plies = []: expected at least one",
+    ),
+    "plies of two layers": (
+        ["laws.in_plane={kind='fibre_families', plies=[[0], [90]]}"],
+        "laws.in_plane.plies = ((0.0,), (90.0,)): expected a list for each of 4 layers",
+    ),
+    "stiffer in compression": (
+        ["laws.in_plane={kind='fibre_families', modulus='1 GPa'}"],
+        "laws.in_plane.modulus_compression = 24200000000.0: expected at most modulus = 1e+09 Pa",
+    ),
+    "bending through several elements": (
+        ["laws.bending={}", "stack.through=2"],
+        "stack.through = 2: expected 1 with laws.bending",
+    ),
+    "stiffer in bending": (["laws.bending.modulus=1 TPa"], "laws.bending.modulus = 1000000000000.0: expected at most"),
+    "solid and fabric": (["laws.solid={}"], "laws.solid = 'logarithmic': expected no laws of the fabric beside it"),
+    "incompressible": (["laws={solid={poisson=0.5}}"], "laws.solid.poisson = 0.5: expected less than 0.5"),
+    "no such measure": (
+        ["laws.volume_fraction=mass"],
+        "laws.volume_fraction = 'mass': expected 'thickness' or 'volume'",
+    ),
+    "fibres of no radius": (
+        ["output.permeability.fibre_radius=0 um"],
+        "output.permeability.fibre_radius = '0 um': expected a positive length",
+    ),
+    "permeable solid": (
+        ["laws={solid={}}", "output.permeability={}"],
+        "output.permeability.kind = 'gebart': expected none for a solid",
+    ),
     "overfull fabric": (["stack.areal_density=4 kg/m^2"], "expected less than 1"),
     "through one layer only": (["stack.through=[1, 2]"], "through has 2 numbers; expected one for each of 4 layers"),
     "nothing holds it": (["stack.sides.x_min=free"], "nothing keeps the layers from sliding away"),
@@ -123,6 +170,11 @@ def test_the_resolved_scene_reads_back_to_the_same(name):
     [
         {"tool": {"width": "infinite", "penalty": "1e9 Pa/m"}},
         {"tool": {}, "interface": {"kind": "bonded"}},
+        {"tool": {}, "laws": {"solid": {"kind": "split", "modulus": "2 MPa"}}},
+        {"tool": {}, "laws": {"in_plane": {"kind": "fibre_families", "plies": [[0], [45, -45], [90], [0]]}}},
+        {"tool": {}, "laws": {"relaxation": {"branches": [{"time": "3 s"}, {"share": 0.5}]}, "unloading": {}}},
+        {"tool": {}, "laws": {"compaction": {"kind": "table"}, "bending": {}, "volume_fraction": "volume"}},
+        {"tool": {}, "output": {"permeability": {"kind": "kozeny_carman", "fibre_radius": "5 um"}}},
         {"duration": "2 s", "stack": {"layers": 2, "mesh": str(ROOT / "meshes" / "small_stack.msh")}},
         {"tool": {"path": [{"hold": "1 s"}]}, "stack": {"through": [1, 2, 1, 3], "focus": ["1 mm", "2 mm"]}},
     ],
