@@ -1,4 +1,4 @@
-"""Command line: ``ncf-fenicsx run``, ``check`` and ``keys``."""
+"""Command line: ``ncf-fenicsx run``, ``check``, ``keys`` and ``benchmark``."""
 
 from __future__ import annotations
 
@@ -62,6 +62,16 @@ def keys_command() -> None:
     from ncf_fenicsx.reference import reference
 
     say(reference())
+
+
+@app.command("benchmark")
+def benchmark_command(
+    divisions: Annotated[int, typer.Option(help="Elements along x and y of each of four layers.", min=1)] = 32,
+) -> None:
+    """Measure what the laws cost on this machine: assembly of the tangent, and compilation of the forms. One rank."""
+    from ncf_fenicsx.benchmark import benchmark
+
+    say(benchmark(divisions))
 
 
 def say(text: str) -> None:

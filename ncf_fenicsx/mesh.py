@@ -74,6 +74,8 @@ def stack_of(scene: Scene) -> Hexahedra:
     bonded = isinstance(scene.interface, Bonded)
     stack = hexahedra.mark_interfaces(hexahedra.bond_layers(stack) if bonded else hexahedra.split_layers(stack))
     _check_thickness(scene.stack, stack)
+    if scene.laws.bending is not None:
+        _check_mid_planes(scene.stack, stack)
     return stack
 
 
@@ -111,6 +113,18 @@ def _check_thickness(settings: Stack, stack: Hexahedra) -> None:
                 f"mesh: layer {layer + 1} is {1e3 * thickness:.4g} mm thick on average; "
                 f"expected stack.thickness = {1e3 * settings.thickness:.4g} mm (a mesh's lengths are metres)"
             )
+
+
+def _check_mid_planes(settings: Stack, stack: Hexahedra) -> None:
+    """Bending is told apart at the mid-planes of elements, which have to be those of the layers."""
+    corners = stack.points[stack.cells]
+    height = (corners[:, 4:] - corners[:, :4])[:, :, 2].mean(axis=1)
+    wrong = np.flatnonzero(height < 0.9 * settings.thickness)
+    if len(wrong):
+        raise SceneError(
+            f"mesh: cell {wrong[0]} is {1e3 * height[wrong[0]]:.4g} mm high along its third axis; "
+            f"expected one element through each layer of {1e3 * settings.thickness:.4g} mm with laws.bending"
+        )
 
 
 def _facet_tags(mesh: Any, face_tags: Integers) -> Any:

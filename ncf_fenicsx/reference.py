@@ -7,7 +7,6 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from ncf_fenicsx.motion import Segment
 from ncf_fenicsx.parts import Choice, Settings, kinds
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.units import PenaltyField, Quantity
@@ -35,8 +34,8 @@ def _keys_of(table: type[Settings], prefix: str) -> Iterator[tuple[str, str, str
                 yield from _keys_of(kinds(choice.family)[kind], f"{key}({kind}).")
         elif isinstance(field.annotation, type) and issubclass(field.annotation, Settings):
             yield from _keys_of(field.annotation, key + ".")
-        elif name == "path":
-            yield from _keys_of(Segment, key + ".N.")
+        elif (entry := _entry_of(field)) is not None:
+            yield from _keys_of(entry, key + ".N.")
         else:
             yield key, _unit(field), _default(field), field.description or ""
 
@@ -49,6 +48,12 @@ def _marks(field: FieldInfo) -> list[Any]:
         found += getattr(current, "__metadata__", ())
         open_types += [item for item in getattr(current, "__args__", ()) if item is not Ellipsis]
     return found
+
+
+def _entry_of(field: FieldInfo) -> type[Settings] | None:
+    """Table that a field is a list of."""
+    items = getattr(field.annotation, "__args__", ())
+    return next((item for item in items if isinstance(item, type) and issubclass(item, Settings)), None)
 
 
 def _choice_of(field: FieldInfo) -> Choice | None:

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, Self
 import tomli_w
 from pydantic import PositiveInt, ValidationError, model_validator
 
-from ncf_fenicsx import motion
 from ncf_fenicsx.contracts import PermeabilityLaw, Tool
 from ncf_fenicsx.motion import Segment
 from ncf_fenicsx.parts import Choice, Settings, impossible, parameter
@@ -85,12 +84,6 @@ class Scene(Settings):
     def _laws_go_together(self) -> Self:
         for law in self.laws.chosen:
             law.check(self)
-        for segment in self.path:
-            speed, rate = motion.closing_speed((segment,), 0.0), self.laws.rate
-            if not rate.factor(speed) > 0:
-                raise impossible(
-                    "tool.path.speed", segment.speed, f"expected a speed (m/s) with a positive {rate.kind} rate factor"
-                )
         permeability = self.output.permeability
         if permeability is not None and self.laws.solid is not None:
             raise impossible("output.permeability.kind", permeability.kind, "expected none for a solid, without fibres")

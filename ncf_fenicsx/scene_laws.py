@@ -88,7 +88,7 @@ class Laws(Settings):
     @property
     def cautions(self) -> list[str]:
         """What a user of these laws has to know before a run."""
-        return [f"laws.{law.family}: {law.caution}" for law in self.chosen if law.caution is not None]
+        return [f"laws.{law.family}: {words}" for law in self.chosen if (words := law.caution(self))]
 
     @property
     def stiffness(self) -> float:
@@ -105,4 +105,4 @@ class Laws(Settings):
         if self.solid is not None:
             return self.solid.stiffness
         tangent = self.compaction.tangent(volume_fraction, initial_volume_fraction)
-        return float(tangent * self.rate.factor(speed))
+        return float(tangent * max(self.rate.factor(speed), self.rate.factor(0.0)))

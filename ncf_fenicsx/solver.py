@@ -91,8 +91,9 @@ REASONS = {
 
 FLOOR_INCREMENT = 1e-3
 OPTIONS = {
-    "snes_linesearch_type": "basic",
-    "mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
+    "ncf_snes_linesearch_type": "basic",
+    "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
+    "options_left": "no",  # no complaint where nothing was solved
 }
 
 
@@ -158,7 +159,7 @@ class Newton:
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix("ncf_")
         for name, value in OPTIONS.items():
-            PETSc.Options()[f"ncf_{name}"] = value
+            PETSc.Options()[name] = value
         snes.setType("newtonls")
         snes.setFunction(self._residual, self.vector)
         snes.setJacobian(self._tangent, self.matrix)
@@ -196,18 +197,24 @@ class Newton:
             b.array[self._held] = x.array_r[self._held]
 
     def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
-        del snes, P
+        del snes, A, P
         system = self.system
         with self.phases("assembly"):
             self._take(x)
-            A.zeroEntries()
-            fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
-            if system.coupling is not None:
-                A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-                self._add_coupling(A, system.coupling)
-            A.assemble()
+            self.assemble_tangent()
             if system.last_iterate is not None:
                 system.last_iterate.x.array[:] = system.displacement.x.array
+
+    def assemble_tangent(self) -> Any:
+        """Tangent in N/m at the present displacement, rows and columns of held dofs those of the unit matrix."""
+        A, system = self.matrix, self.system
+        A.zeroEntries()
+        fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
+        if system.coupling is not None:
+            A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+            self._add_coupling(A, system.coupling)
+        A.assemble()
+        return A
 
     def _add_coupling(self, A: Any, coupling: Coupling) -> None:
         if len(coupling.nodes):

@@ -4,21 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import ufl
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.contracts import CompactionStep
+from ncf_fenicsx.contracts import CompactionStep, number
 from ncf_fenicsx.kinematics import Kinematics
 from ncf_fenicsx.parts import kinds
 
 MM_PER_MIN = 1e-3 / 60
 VF0 = Scene.from_table({"duration": "1 s"}).stack.initial_volume_fraction
-
-
-def number(expression):
-    """Value of a UFL expression without fields."""
-    return float(apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))(()))
 
 
 def numbers(tensor):

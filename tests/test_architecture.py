@@ -10,7 +10,7 @@ from ncf_fenicsx.parts import families, kinds
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ORDER = (
-    ("units", "scene_errors", "parallel", "timing"),
+    ("units", "scene_errors", "parallel", "timing", "machine"),
     ("parts",),
     ("motion", "kinematics"),
     ("contracts",),
@@ -24,7 +24,7 @@ ORDER = (
     ("problem",),
     ("solver", "stepping", "measures"),
     ("outputs", "progress", "report", "reference", "preview"),
-    ("simulation",),
+    ("simulation", "benchmark"),
     ("cli",),
 )
 """Rooms in the order of the data's flow; neighbours in a row do not know each other."""

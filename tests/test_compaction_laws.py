@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from laws_by_number import MM_PER_MIN, VF0, in_step, law, number
+from laws_by_number import MM_PER_MIN, VF0, in_step, law
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.contracts import number
 from ncf_fenicsx.laws.exponential import Exponential
 from ncf_fenicsx.laws.kelly_rate import KellyRate
 from ncf_fenicsx.laws.table import Table
@@ -175,13 +176,13 @@ def test_the_local_closing_speed_is_the_reference_thickness_times_the_strain_rat
     strain_rate = np.log(thickness[0] / thickness[1]) / 0.25
     step = in_step(Exponential(), 0.501, 0.5, time_step=0.25, process_speed=1.0)
     assert number(rate.speed(step)) == pytest.approx(8e-3 * strain_rate, rel=1e-12)
-    assert KellyRate().speed(step) == 1.0
+    assert KellyRate(feed="process").speed(step) == 1.0
     assert number(rate.speed(in_step(Exponential(), 0.501, 0.5, time_step=0.0))) == 0  # settling is no closing
 
 
 def test_the_printed_factor_is_refused_where_it_is_negative():
-    table = {"laws": {"rate": {"exponent": "as_printed"}}}
+    table = {"laws": {"rate": {"exponent": "as_printed", "feed": "process"}}}
     path = [{"travel": ["0 mm", "0 mm", "-1 mm"], "speed": "10 mm/min"}]
-    with pytest.raises(SceneError, match=r"tool.path.speed = .* expected a speed .* positive kelly rate factor"):
+    with pytest.raises(SceneError, match=r"laws.rate.exponent = 'as_printed': expected a positive factor"):
         Scene.from_table(table | {"tool": {"path": path}})
     assert "negative above 7." in Scene.from_table(table | {"tool": {}}).laws.cautions[0]

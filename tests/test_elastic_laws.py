@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 import ufl
-from laws_by_number import VF0, law, number, numbers, strained
+from laws_by_number import VF0, law, numbers, strained
 
+from ncf_fenicsx.contracts import number
 from ncf_fenicsx.kinematics import Kinematics
 from ncf_fenicsx.laws.as_printed import NeoHookeanAsPrinted
 from ncf_fenicsx.laws.fibre_families import FibreFamilies
@@ -135,6 +136,7 @@ def test_shear_energy_of_a_slide(kind):
     F = np.eye(3)
     F[0, 2] = slide
     assert number(made.energy(strained(F))) == pytest.approx(0.3e6 / 2 * slide**2, rel=1e-12)
+    assert made.small_strain_modulus == pytest.approx(0.3e6, rel=1e-9)
 
 
 def test_growing_shear_follows_the_volume_fraction():

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from laws_by_number import VF0, in_step, law, march, number
+from laws_by_number import VF0, in_step, law, march
 from scipy.integrate import quad
 
 from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.contracts import number
 from ncf_fenicsx.laws.exponential import Exponential
 from ncf_fenicsx.laws.kelly_rate import KellyRate
 

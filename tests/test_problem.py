@@ -36,13 +36,6 @@ def bumpy(x):
     return np.stack([2e-7 * np.sin(500 * x[2] + 200 * x[1]), 1e-7 * np.cos(400 * x[0]), w])
 
 
-def assemble_tangent(problem, newton):
-    """Tangent at the present displacement."""
-    newton.unknown.array[:] = problem.displacement.x.array[: newton.unknown.getLocalSize()]
-    newton._tangent(None, newton.unknown, newton.matrix, newton.matrix)
-    return newton.matrix
-
-
 def gradient_error(problem, newton, step):
     """Relative difference of the tangent times a direction from the residual's central difference."""
     u = problem.displacement.x.array
@@ -59,7 +52,7 @@ def gradient_error(problem, newton, step):
         sides.append(newton.evaluate_residual())
     u[:] = centre
     difference = (sides[0] - sides[1]) / (2 * step)
-    matrix = assemble_tangent(problem, newton)
+    matrix = newton.assemble_tangent()
     x, y = newton.unknown.duplicate(), newton.unknown.duplicate()
     x.array[:] = d[: x.getLocalSize()]
     matrix.mult(x, y)
@@ -120,15 +113,15 @@ def test_the_tangent_of_every_law_is_the_derivative_of_its_residual(table, name)
 @pytest.mark.parametrize("name", LAWS)
 def test_the_program_knows_which_tangents_are_symmetric(table, name):
     problem, newton = strained(table, LAWS[name])
-    asymmetry = asymmetry_of(assemble_tangent(problem, newton))
+    asymmetry = asymmetry_of(newton.assemble_tangent())
     assert problem.symmetric == (name not in ("as printed", "by volume"))
     assert newton.snes.getKSP().getPC().getType() == ("cholesky" if problem.symmetric else "lu")
     assert asymmetry < 1e-12 if problem.symmetric else asymmetry > 1e-7
 
 
 def test_the_tangent_with_extrapolated_stress_is_symmetric_too(table):
-    problem, newton = strained(table, {}, "extrapolated")
-    assert asymmetry_of(assemble_tangent(problem, newton)) < 1e-12
+    _, newton = strained(table, {}, "extrapolated")
+    assert asymmetry_of(newton.assemble_tangent()) < 1e-12
 
 
 def asymmetry_of(matrix):
@@ -208,7 +201,7 @@ def test_every_parameter_changes_the_tangent(table, change):
         problem.begin(0.0, 12.0)
         problem.tip.value[2] = 3.6e-3
         assign(problem, bumpy)
-        norms.append(assemble_tangent(problem, newton).norm())
+        norms.append(newton.assemble_tangent().norm())
     assert abs(norms[1] / norms[0] - 1) > 1e-7
 
 
@@ -245,17 +238,20 @@ def rules(problem):
     return len({str(integral.metadata()) for integral in problem.terms["internal"].integrals()})
 
 
+NO_RATE = {"rate": {"kind": "none"}}
+
+
 @pytest.mark.parametrize(
     ("laws", "states", "fields", "integrals"),
     [
-        ({}, {"volume_fraction"}, 0, 1),
-        ({"rate": {"kind": "none"}}, {"volume_fraction"}, 0, 1),
-        ({"rate": {"feed": "local"}}, {"volume_fraction"}, 1, 1),
-        ({"unloading": {}}, {"volume_fraction", "largest_volume_fraction"}, 1, 1),
-        ({"relaxation": {}}, {"volume_fraction", "relaxing_pressure_1"}, 2, 1),
-        ({"in_plane": {"kind": "fibre_families"}}, {"volume_fraction"}, 0, 1),
-        ({"in_plane": {"kind": "fibre_families", "plies": [[0], [90]]}}, {"volume_fraction"}, 2, 1),
-        ({"bending": {}}, {"volume_fraction"}, 0, 2),
+        ({}, {"volume_fraction"}, 1, 1),
+        ({"rate": {"feed": "process"}}, {"volume_fraction"}, 0, 1),
+        (NO_RATE, {"volume_fraction"}, 0, 1),
+        (NO_RATE | {"unloading": {}}, {"volume_fraction", "largest_volume_fraction"}, 1, 1),
+        (NO_RATE | {"relaxation": {}}, {"volume_fraction", "relaxing_pressure_1"}, 2, 1),
+        (NO_RATE | {"in_plane": {"kind": "fibre_families"}}, {"volume_fraction"}, 0, 1),
+        (NO_RATE | {"in_plane": {"kind": "fibre_families", "plies": [[0], [90]]}}, {"volume_fraction"}, 2, 1),
+        (NO_RATE | {"bending": {}}, {"volume_fraction"}, 0, 2),
         ({"solid": {}}, set(), 0, 1),
     ],
 )
@@ -299,6 +295,27 @@ def test_a_forced_failure_restores_the_state_bit_for_bit(table, laws):
     assert np.array_equal(residual, newton.evaluate_residual())
     for field in problem.states.fields.values():
         assert COMM.allreduce(int(np.ptp(field.x.array) > 0)) > 0  # the states did change before
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("modulus", [1e5, 2e6])
+def test_the_printed_law_loses_stability_where_its_caution_says(modulus):
+    """Real eigenvalues of a flat layer's tangent: positive up to a compaction of G_t / lambda, negative past it."""
+    sides = dict.fromkeys(("x_min", "x_max", "y_min", "y_max"), "symmetry")
+    stack = {"layers": 1, "size": ["40 mm", "2 mm"], "divisions": [20, 1], "grading": [0.0, 0.0], "sides": sides}
+    laws = {"in_plane": {"kind": "as_printed"}, "shear": {"modulus": f"{modulus} Pa"}}
+    table = {"duration": "1 s", "gravity": "0 m/s^2", "stack": stack, "laws": laws, "solver": {"tangent": "plain"}}
+    problem, newton = build(table)
+    critical = modulus / problem.scene.laws.in_plane.lame
+    assert f"from a compaction of {100 * critical:.2g} % on" in problem.scene.laws.cautions[0]
+    smallest = []
+    for compaction in (0.97 * critical, 1.03 * critical):
+        assign(problem, lambda x, e=compaction: np.stack([0 * x[0], 0 * x[0], -e * x[2]]))
+        dense = newton.assemble_tangent().copy()
+        dense.convert("dense")
+        free = np.setdiff1d(np.arange(len(problem.displacement.x.array)), problem.supports.dofs)
+        smallest.append(np.linalg.eigvals(dense.getDenseArray()[np.ix_(free, free)]).real.min())
+    assert smallest[0] > 0 > smallest[1]
 
 
 def test_bending_has_its_own_modulus_and_the_membrane_keeps_its_own(table):

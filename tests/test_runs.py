@@ -98,6 +98,7 @@ def test_the_fabric_under_a_plate_follows_its_law(folder):
     """Two layers under a flat plate, without weight: the force is the law's pressure at the layers' own Vf."""
     table = {
         "gravity": "0 m/s^2",
+        "laws": {"rate": {"feed": "process"}},
         "stack": {"layers": 2, "size": ["4 mm", "2 mm"], "divisions": [2, 2], "through": [1, 2]},
         "interface": {"penalty": "1e10 Pa/m"},
         "tool": {
@@ -125,6 +126,7 @@ def test_the_fabric_under_a_plate_follows_its_law(folder):
 
 def test_layers_separate_only_where_they_may(table, folder):
     table["tool"]["path"] = [{"travel": ["0 mm", "0 mm", "-0.4 mm"], "speed": "1 mm/min"}]
+    table["laws"] = {"rate": {"feed": "process"}}
     gaps = {}
     for kind in ("one_sided", "bonded"):
         result = run(Scene.from_table(table | {"interface": {"kind": kind}}), folder / kind)
@@ -137,7 +139,7 @@ def test_layers_separate_only_where_they_may(table, folder):
 
 
 def test_outputs_read_back(table, folder):
-    table["output"] = {"fields_every": 3, "picture": True}
+    table |= {"output": {"fields_every": 3, "picture": True}, "laws": {"rate": {"feed": "process"}}}
     scene = Scene.from_table(table)
     result = run(scene, folder)
     if COMM.rank:

@@ -12,10 +12,8 @@ from itertools import product
 
 import numpy as np
 import ufl
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
 
-from ncf_fenicsx.contracts.law import Law
+from ncf_fenicsx.contracts.law import Law, number
 from ncf_fenicsx.kinematics import Expression
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -77,8 +75,7 @@ class CompactionLaw(Law):
         """-d pressure / d lambda_3 in Pa, with d Vf / d lambda_3 = -Vf^2 / Vf0."""
         vf = ufl.variable(ufl.as_ufl(volume_fraction))
         slope = ufl.diff(ufl.as_ufl(self.pressure(vf, initial_volume_fraction)), vf)
-        number = float(apply_derivatives(apply_algebra_lowering(slope))(()))
-        return number * volume_fraction**2 / initial_volume_fraction
+        return number(slope) * volume_fraction**2 / initial_volume_fraction
 
 
 class RateLaw(Law):

@@ -6,7 +6,7 @@ from abc import abstractmethod
 
 import ufl
 
-from ncf_fenicsx.contracts.law import Law
+from ncf_fenicsx.contracts.law import Law, number
 from ncf_fenicsx.kinematics import Expression, Kinematics
 
 
@@ -56,6 +56,13 @@ class ShearLaw(Law):
     @abstractmethod
     def energy(self, kinematics: Kinematics) -> Expression:
         """W in J/m3."""
+
+    @property
+    def small_strain_modulus(self) -> float:
+        """G_t in Pa of the undeformed fabric: 2 W / slide^2."""
+        slide = 1e-6
+        F = ufl.as_matrix([[1.0, 0.0, slide], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        return 2 * number(self.energy(Kinematics(F, ufl.as_ufl(1.0)))) / slide**2
 
 
 class SolidLaw(Law):

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import ufl
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+
+from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import Part
 
 
@@ -16,7 +21,12 @@ class Law(Part):
     def check(self, scene: Any) -> None:
         """Raise `parts.impossible` if the law does not go with the rest of the scene."""
 
-    @property
-    def caution(self) -> str | None:
-        """What a user of this law has to know before a run, in a sentence."""
+    def caution(self, laws: Any) -> str | None:
+        """What a user of this law, beside the others of a scene, has to know before a run, in a sentence."""
+        del laws
         return None
+
+
+def number(expression: Expression) -> float:
+    """Value of an expression of numbers, without fields."""
+    return float(apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))(()))

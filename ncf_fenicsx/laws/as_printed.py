@@ -47,10 +47,11 @@ class NeoHookeanAsPrinted(InPlaneLaw):
         """Lambda + 2 mu in Pa."""
         return float(self.lame + 2 * self.shear_modulus)
 
-    @property
-    def caution(self) -> str | None:
-        """Not symmetric, and unstable almost at once."""
+    def caution(self, laws: Any) -> str | None:
+        """Not symmetric, and unstable almost at once: where lambda times the compaction passes G_t, layers crimp."""
+        modulus = laws.shear.small_strain_modulus
         return (
-            "the fibres' stress as printed has no energy: the tangent is not symmetric (LU), and a compaction e "
-            f"presses the fibres in their plane by {self.lame / 1e9:.1f} GPa times e: layers crimp once that passes G_t"
+            f"the stress as printed has no energy, so the tangent is not symmetric (LU); compaction presses the fibres "
+            f"in their plane by lambda = {self.lame / 1e9:.1f} GPa times its strain, and layers lose stability once that "
+            f"passes G_t = {modulus / 1e6:.3g} MPa: from a compaction of {100 * modulus / self.lame:.2g} % on"
         )

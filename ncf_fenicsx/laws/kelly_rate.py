@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import ufl
 from pydantic import model_validator
 
+from ncf_fenicsx import motion
 from ncf_fenicsx.contracts import CompactionStep, RateLaw, positive
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import impossible, parameter
@@ -36,7 +37,7 @@ class KellyRate(RateLaw):
         "v_ref", description="speed at which the factor is 1: v_ref, or the lowest as printed"
     )
     feed: Literal["process", "local"] = parameter(
-        "process", description="speed: the tool's as it moves down, or the local closing speed of the layer"
+        "local", description="speed: the closing speed of the fabric at each place, or that of the process, the tool's"
     )
     reference_thickness: PositiveLength = parameter(
         "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d ln(lambda_3)/dt"
@@ -47,6 +48,14 @@ class KellyRate(RateLaw):
         if self.sigma_inf <= self.sigma_0:
             raise impossible("sigma_inf", self.sigma_inf, f"expected more than sigma_0 = {self.sigma_0:g} Pa")
         return self
+
+    def check(self, scene: Any) -> None:
+        """Raise where the speed of the process makes the factor negative."""
+        speeds = [motion.closing_speed((segment,), 0.0) for segment in scene.path if self.feed == "process"]
+        wrong = [speed for speed in speeds if self.factor(speed) <= 0]
+        if wrong:
+            found = f"as printed it is {self.factor(wrong[0]):.3g} at {6e4 * wrong[0]:.3g} mm/min"
+            raise impossible("laws.rate.exponent", self.exponent, f"expected a positive factor; {found}")
 
     def growth(self, speed: Expression) -> Expression:
         """A(v), dimensionless: 1 at rest and in opening, sigma_inf / sigma_0 at infinite speed."""
@@ -65,9 +74,9 @@ class KellyRate(RateLaw):
         strain = ufl.ln(step.volume_fraction / step.old_volume_fraction)
         return self.reference_thickness * strain * step.inverse_time_step
 
-    @property
-    def caution(self) -> str | None:
+    def caution(self, laws: Any) -> str | None:
         """The printed exponent makes the stress fall with speed, and negative from a speed on."""
+        del laws
         if self.exponent == "corrected":
             return None
         ratio = self.sigma_inf / self.sigma_0
