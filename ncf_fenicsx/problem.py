@@ -158,15 +158,14 @@ class Problem:
         counts = self.comm.allgather(len(wrong))
         if not any(counts):
             return None
-        first = next(rank for rank, count in enumerate(counts) if count)
-        words = self._name_place(*wrong[0]) if self.comm.rank == first else None
-        words = self.comm.bcast(words, root=first)
-        return f"fibre volume fraction outside (0, {limit:.4g}) at {sum(counts)} points, such as {words}"
+        places = self.states.places()  # compiles on all ranks together
+        words = [self._name(trial, places, cell, point) for cell, point in wrong[:1]]
+        first = next(found[0] for found in self.comm.allgather(words) if found)
+        return f"fibre volume fraction outside (0, {limit:.4g}) at {sum(counts)} points, such as {first}"
 
-    def _name_place(self, cell: int, point: int) -> str:
-        place = ", ".join(f"{1e3 * value:.3g}" for value in self.states.places()[cell, point])
-        value = self.states.trial("volume_fraction")[cell, point]
-        return f"{value:.3g} at ({place}) mm in layer {self.stack.layer[cell] + 1}"
+    def _name(self, trial: Floats, places: Floats, cell: int, point: int) -> str:
+        place = ", ".join(f"{1e3 * value:.3g}" for value in places[cell, point])
+        return f"{trial[cell, point]:.3g} at ({place}) mm in layer {self.stack.layer[cell] + 1}"
 
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""

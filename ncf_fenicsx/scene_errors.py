@@ -9,7 +9,7 @@ from pydantic import ValidationError
 _WORDS = {
     "model_type": "expected a table",
     "tuple_type": "expected a list",
-    "too_short": "expected at least one entry",
+    "too_short": "expected at least {min_length} entries",
     "missing": "expected one more entry",
     "int_parsing": "expected a whole number",
     "int_from_float": "expected a whole number",
@@ -33,8 +33,10 @@ def one_line(error: ValidationError) -> str:
     if "key" in context:
         path.append(str(context["key"]))
     value = context.get("value", first["input"])
-    words = _WORDS.get(first["type"]) or first["msg"].removeprefix("Value error, ").replace("\n", " ")
-    words = words.replace("Input should be", "expected")
+    words = _WORDS.get(first["type"], "").format(**context) or first["msg"].removeprefix("Value error, ").replace(
+        "\n", " "
+    )
+    words = words.replace("Input should be", "expected").replace(" 1 entries", " one entry")
     others = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     if first["type"] == "value_error" and isinstance(value, dict):
         return f"{'.'.join(path) or 'scene'}: {words}{others}"

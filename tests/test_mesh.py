@@ -79,14 +79,14 @@ def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(k
             assert second[name] == pytest.approx(first[name], rel=1e-8, abs=1e-13), name
 
 
-def altered(path, change):
+def altered(path, change, **tables):
     """Copy of the small gmsh mesh with one thing wrong, on rank 0; the same path on all."""
     if COMM.rank == 0:
         mesh = meshio.read(SMALL, file_format="gmsh")
         change(mesh)
         meshio.write(path, mesh, file_format="gmsh22", binary=False)
     COMM.barrier()
-    return Scene.from_table({"tool": {}, "stack": {"layers": 2, "mesh": str(path)}})
+    return Scene.from_table({"tool": {}, "stack": {"layers": 2, "mesh": str(path)}} | tables)
 
 
 def _physical(mesh, shape):
@@ -152,6 +152,17 @@ def test_what_is_wrong_with_a_mesh_is_named_in_one_line(change, expected, folder
         build_mesh(scene, COMM)
     assert expected in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def lay_down(mesh):
+    cells = next(block.data for block in mesh.cells if block.type == "hexahedron")
+    cells[3] = cells[3][[0, 3, 7, 4, 1, 2, 6, 5]]  # the same cell, its axes one further
+
+
+def test_bending_apart_needs_elements_as_high_as_their_layer(folder):
+    build_mesh(altered(folder / "upright.msh", lambda _: None, laws={"bending": {}}), COMM)
+    with pytest.raises(SceneError, match=r"cell 3 is 0 mm high along its third axis; expected one element through"):
+        build_mesh(altered(folder / "lying.msh", lay_down, laws={"bending": {}}), COMM)
 
 
 def test_cells_in_a_volume_that_is_no_layer_are_named(folder):

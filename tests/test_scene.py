@@ -48,7 +48,12 @@ WRONG = {
     ),
     "no plies": (
         ["laws.in_plane={kind='fibre_families', plies=[]}"],
-        "laws.in_plane.plies = []: expected at least one",
+        "laws.in_plane.plies = []: expected angles in",
+    ),
+    "plies of words": (["laws.in_plane={kind='fibre_families', plies=[[0], ['x']]}"], "expected angles in degrees"),
+    "a table of one row": (
+        ["laws.compaction={kind='table', volume_fraction=[0.4], stress=['1 Pa', '2 Pa']}"],
+        "laws.compaction.volume_fraction = [0.4]: expected at least 2 entries",
     ),
     "plies of two layers": (
         ["laws.in_plane={kind='fibre_families', plies=[[0], [90]]}"],

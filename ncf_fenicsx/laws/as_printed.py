@@ -52,6 +52,6 @@ class NeoHookeanAsPrinted(InPlaneLaw):
         modulus = laws.shear.small_strain_modulus
         return (
             f"the stress as printed has no energy, so the tangent is not symmetric (LU); compaction presses the fibres "
-            f"in their plane by lambda = {self.lame / 1e9:.1f} GPa times its strain, and layers lose stability once that "
-            f"passes G_t = {modulus / 1e6:.3g} MPa: from a compaction of {100 * modulus / self.lame:.2g} % on"
+            f"in their plane by lambda = {self.lame / 1e9:.1f} GPa times its strain, and layers lose stability once "
+            f"that passes G_t = {modulus / 1e6:.3g} MPa: from a compaction of {100 * modulus / self.lame:.2g} % on"
         )

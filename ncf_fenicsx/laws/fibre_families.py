@@ -6,14 +6,31 @@ import math
 from typing import Annotated, Any, Self
 
 import ufl
-from pydantic import Field, PrivateAttr, model_validator
+from pydantic import PlainValidator, PrivateAttr, model_validator
 
 from ncf_fenicsx.contracts import HyperelasticInPlaneLaw
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import impossible, parameter
 from ncf_fenicsx.units import PositiveStress
 
-Plies = Annotated[tuple[float, ...], Field(min_length=1)]
+
+def _read_plies(value: Any) -> Any:
+    """Angles as floats, in one list or in a list for each layer.
+
+    Raises:
+        ValueError: neither of both, or an empty list.
+    """
+    entries = list(value) if isinstance(value, list | tuple) else []
+    nested = [isinstance(entry, list | tuple) for entry in entries]
+    if entries and all(nested):
+        return tuple(_read_angles(entry) for entry in entries)
+    return _read_angles(entries)
+
+
+def _read_angles(entries: Any) -> tuple[float, ...]:
+    if not entries or not all(isinstance(angle, int | float) and math.isfinite(angle) for angle in entries):
+        raise ValueError("expected angles in degrees, such as [0, 45, 90], or such a list for each layer")
+    return tuple(float(angle) for angle in entries)
 
 
 class FibreFamilies(HyperelasticInPlaneLaw):
@@ -26,9 +43,8 @@ class FibreFamilies(HyperelasticInPlaneLaw):
     """
 
     kind = "fibre_families"
-    plies: Plies | tuple[Plies, ...] = parameter(
+    plies: Annotated[tuple[Any, ...], PlainValidator(_read_plies)] = parameter(
         (45.0, -45.0, 0.0, 90.0, 0.0, -45.0, 45.0),
-        min_length=1,
         description="angles of the plies of every layer in degrees from x, or a list of them for each layer",
     )
     modulus: PositiveStress = parameter("242 GPa", description="fibre modulus in tension, of a ply along its fibres")
