@@ -20,14 +20,12 @@ class Fabric(Material):
     Attributes:
         laws: with symbols for their parameters.
         initial_volume_fraction: Vf0.
-        bending_share: share of the fibres' stress that varies through the thickness, None where all of it does.
         clock: what a step tells the laws.
         states: fields of the states at the start of a step, by name; Vf is always among them.
     """
 
     laws: Laws
     initial_volume_fraction: Expression
-    bending_share: Expression | None
     clock: Clock
     states: dict[str, Any] = field(default_factory=dict)
 
@@ -99,7 +97,8 @@ class Fabric(Material):
 
     def _fibres(self, density: Expression, volumes: Volumes) -> ufl.Form:
         """Integral of a density linear in the fibres' stress, of which bending may leave a share off the mid-plane."""
-        share = self.bending_share
-        if share is None:
+        bending, stiffness = self.laws.bending, self.laws.in_plane.stiffness
+        if bending is None:
             return density * volumes.all
+        share = bending.share(stiffness)
         return (1 - share) * density * volumes.mid_plane + share * density * volumes.all

@@ -80,9 +80,8 @@ class Problem:
         laws, symbols = self.scene.laws, self.symbols
         if laws.solid is not None:
             return Solid(laws.solid.with_symbols(symbols))
-        share = None if laws.bending is None else symbols(laws.bending.share(laws.in_plane.stiffness))
         vf0 = symbols(self.scene.stack.initial_volume_fraction)
-        return Fabric(laws.with_symbols(symbols), vf0, share, self.clock, self.states.fields)
+        return Fabric(laws.with_symbols(symbols), vf0, self.clock, self.states.fields)
 
     def _terms(self) -> dict[str, ufl.Form]:
         scene, u, v = self.scene, self.displacement, self.variation

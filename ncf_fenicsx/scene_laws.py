@@ -93,7 +93,7 @@ class Laws(Settings):
     @property
     def stiffness(self) -> float:
         """Largest modulus in Pa."""
-        return self.in_plane.stiffness if self.solid is None else self.solid.stiffness
+        return float(self.in_plane.stiffness if self.solid is None else self.solid.stiffness)
 
     @property
     def packing_limit(self) -> float:

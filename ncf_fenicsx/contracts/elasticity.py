@@ -21,7 +21,7 @@ class InPlaneLaw(Law):
 
     @property
     @abstractmethod
-    def stiffness(self) -> float:
+    def stiffness(self) -> Expression:
         """Largest in-plane modulus in Pa: it sets the forces that round-off leaves unbalanced."""
 
 
@@ -44,7 +44,7 @@ class BendingLaw(Law):
     family = "bending"
 
     @abstractmethod
-    def share(self, in_plane_stiffness: float) -> float:
+    def share(self, in_plane_stiffness: Expression) -> Expression:
         """Share of the fibres' stress that varies through the thickness; the rest is taken at the mid-plane."""
 
 

@@ -33,19 +33,19 @@ class NeoHookeanAsPrinted(InPlaneLaw):
         return self.shear_modulus * strain + self.lame * J * (J - 1) * inverse
 
     @property
-    def shear_modulus(self) -> Any:
+    def shear_modulus(self) -> Expression:
         """Mu in Pa."""
         return self.modulus / (2 * (1 + self.poisson))
 
     @property
-    def lame(self) -> Any:
+    def lame(self) -> Expression:
         """Lambda in Pa."""
         return self.modulus * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
 
     @property
-    def stiffness(self) -> float:
+    def stiffness(self) -> Expression:
         """Lambda + 2 mu in Pa."""
-        return float(self.lame + 2 * self.shear_modulus)
+        return self.lame + 2 * self.shear_modulus
 
     def caution(self, laws: Any) -> str | None:
         """Not symmetric, and unstable almost at once: where lambda times the compaction passes G_t, layers crimp."""

@@ -83,7 +83,7 @@ class FibreFamilies(HyperelasticInPlaneLaw):
 
     def with_symbols(self, symbols: Any) -> Self:
         """Copy with symbols for its numbers; shares that differ from layer to layer become fields."""
-        copy = super().with_symbols(symbols)
+        copy = super().with_symbols(symbols).model_copy(update={"plies": self.plies})
         share = symbols.by_layer if self._per_layer else lambda shares: symbols(shares[0])
         copy._bound = [(symbols(angle), share(shares)) for angle, shares in self.families()]
         return copy
@@ -104,7 +104,7 @@ class FibreFamilies(HyperelasticInPlaneLaw):
         return self.modulus_compression * strain**2 / 2 + (self.modulus - self.modulus_compression) * tension
 
     @property
-    def stiffness(self) -> float:
+    def stiffness(self) -> Expression:
         """Fibre modulus in tension in Pa."""
         return self.modulus
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ncf_fenicsx.contracts import BendingLaw
+from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import impossible, parameter
 from ncf_fenicsx.units import PositiveStress
 
@@ -27,6 +28,6 @@ class MidPlane(BendingLaw):
         if self.modulus > stiffness:
             raise impossible("laws.bending.modulus", self.modulus, f"expected at most the fibres' {stiffness:g} Pa")
 
-    def share(self, in_plane_stiffness: float) -> float:
+    def share(self, in_plane_stiffness: Expression) -> Expression:
         """Bending modulus over the in-plane modulus."""
         return self.modulus / in_plane_stiffness

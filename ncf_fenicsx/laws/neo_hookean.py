@@ -30,6 +30,6 @@ class NeoHookean(HyperelasticInPlaneLaw):
         return mu / 2 * (ufl.tr(in_plane_cauchy_green) - 2 - 2 * log_area_stretch) + lame / 2 * log_area_stretch**2
 
     @property
-    def stiffness(self) -> float:
+    def stiffness(self) -> Expression:
         """Young's modulus in Pa."""
         return self.modulus

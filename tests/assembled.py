@@ -1,0 +1,65 @@
+"""Problems assembled for tests, and what is done with them."""
+
+import numpy as np
+from dolfinx import fem, la
+from mpi4py import MPI
+
+from ncf_fenicsx import Scene
+from ncf_fenicsx.mesh import build_mesh
+from ncf_fenicsx.problem import Problem
+from ncf_fenicsx.solver import Newton
+from ncf_fenicsx.timing import Phases
+
+COMM = MPI.COMM_WORLD
+
+
+def build(table):
+    scene = Scene.from_table(table)
+    problem = Problem(scene, build_mesh(scene, COMM))
+    return problem, Newton(problem, scene.solver, Phases())
+
+
+def assign(problem, field):
+    """Set the displacement (m) from a function of coordinates (3, points)."""
+    problem.displacement.interpolate(field)
+
+
+def bumpy(x):
+    """A large, smooth displacement that closes some pairs, opens others and presses into the tool."""
+    layer = np.where(x[2] > 2.05e-3, 1.0, 0.0)
+    w = -2e-4 * np.cos(300 * x[0]) * (0.3 + x[2] / 4e-3) + 3e-5 * layer * np.sin(900 * x[0])
+    return np.stack([2e-7 * np.sin(500 * x[2] + 200 * x[1]), 1e-7 * np.cos(400 * x[0]), w])
+
+
+def gradient_error(problem, newton, step):
+    """Relative difference of the tangent times a direction from the residual's central difference."""
+    u = problem.displacement.x.array
+    centre = u.copy()
+    direction = fem.Function(problem.space)
+    direction.interpolate(
+        lambda x: np.stack([1e-3 * np.sin(300 * x[1]), 1e-3 * np.cos(200 * x[2]), np.sin(250 * x[0])])
+    )
+    d = direction.x.array
+    d[problem.supports.dofs] = 0
+    sides = []
+    for sign in (1, -1):
+        u[:] = centre + sign * step * d
+        sides.append(newton.evaluate_residual())
+    u[:] = centre
+    difference = (sides[0] - sides[1]) / (2 * step)
+    matrix = newton.assemble_tangent()
+    x, y = newton.unknown.duplicate(), newton.unknown.duplicate()
+    x.array[:] = d[: x.getLocalSize()]
+    matrix.mult(x, y)
+    free = np.setdiff1d(np.arange(y.getLocalSize()), problem.supports.dofs)
+    error = COMM.allreduce(float(((y.array_r - difference)[free] ** 2).sum()))
+    size = COMM.allreduce(float((difference[free] ** 2).sum()))
+    return np.sqrt(error / size)
+
+
+def forces(form):
+    """Nodal forces in N of a residual term."""
+    vector = fem.assemble_vector(form)
+    vector.scatter_reverse(la.InsertMode.add)
+    vector.scatter_forward()
+    return vector.array.reshape(-1, 3).copy()
