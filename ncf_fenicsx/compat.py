@@ -49,8 +49,11 @@ def create_matrix(comm: MPI.Comm, pattern: Any) -> Any:
 
 def compile_form(form: ufl.Form) -> Any:
     """Compiled linear or bilinear form."""
-    warnings.filterwarnings("ignore", "Applying str.. to a metadata value")  # points of a quadrature rule: few, exact
-    return fem.form(form, jit_options=dict(JIT))
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", "Applying str.. to a metadata value"
+        )  # points of a rule: few, written in full
+        return fem.form(form, jit_options=dict(JIT))
 
 
 def compile_expression(expression: Any, points: np.ndarray) -> Any:

@@ -52,7 +52,7 @@ class Fabric(Material):
         laws, step = self.laws, self.compaction_step(kinematics)
         unloading, relaxation = laws.unloading, laws.relaxation
         slow = step.loading(step.volume_fraction) if unloading is None else unloading.pressure(step, self.states)
-        pressure = laws.rate.factor(laws.rate.speed(step)) * slow
+        pressure = laws.rate.apply(step, slow)
         return pressure if relaxation is None else pressure + relaxation.pressure(step, self.states)
 
     def normal_stress(self, kinematics: Kinematics) -> Expression:

@@ -58,9 +58,9 @@ def march(laws, compaction, history, rate=None):
         step = in_step(compaction, vf1, vf0, t1 - t0)
         unloading = [law for law in laws if law.family == "unloading"]
         slow = unloading[0].pressure(step, states) if unloading else step.loading(step.volume_fraction)
-        factor = 1.0 if rate is None else rate.factor(rate.speed(step))
+        slow = slow if rate is None else rate.apply(step, slow)
         extra = sum(law.pressure(step, states) for law in laws if law.family == "relaxation")
-        pressures.append(number(factor * slow + extra))
+        pressures.append(number(slow + extra))
         updated = {name: value for law in laws for name, value in law.updated_states(step, states).items()}
         states = {name: number(value) for name, value in updated.items()}
     return np.array(pressures)

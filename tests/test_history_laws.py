@@ -118,9 +118,9 @@ def test_below_the_set_the_fabric_is_stretched_from_there():
 
 
 def work_of(history, pressure):
-    """Work in J/m3 done on the fabric: the integral of -p d lambda_3 by the trapezoidal rule."""
+    """Work in J/m3 done on the fabric up to each time: integral of -p d lambda_3 by the trapezoidal rule."""
     stretch = VF0 / np.array([vf for _, vf in history])
-    return -np.sum((pressure[1:] + pressure[:-1]) / 2 * np.diff(stretch))
+    return np.concatenate([[0.0], np.cumsum(-(pressure[1:] + pressure[:-1]) / 2 * np.diff(stretch))])
 
 
 def refined(times, vf, parts=12):
@@ -130,6 +130,7 @@ def refined(times, vf, parts=12):
 
 LOCAL = KellyRate(feed="local")
 CASES = {
+    "rate factor": ([], LOCAL),
     "unloading": ([SET], None),
     "relaxation": ([TWO], None),
     "both with the rate factor": ([SET, TWO], LOCAL),
@@ -139,16 +140,16 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(
-    st.lists(st.tuples(st.floats(0.05, 20), st.floats(VF0 + 0.001, 0.62)), min_size=2, max_size=5),
+    st.lists(st.tuples(st.floats(0.05, 20), st.floats(VF0 - 0.03, 0.62)), min_size=2, max_size=5),
     st.floats(0.05, 20),
 )
 def test_a_cycle_never_creates_energy(case, points, last):
-    """Random histories from Vf0 back to Vf0: the work done on the fabric is never negative."""
+    """Random histories from Vf0 back to Vf0, also pulled apart: the work done on the fabric is never negative."""
     laws, rate = CASES[case]
     times = np.cumsum([0.0, *(time for time, _ in points), last])
     history = refined(times, np.array([VF0, *(vf for _, vf in points), VF0]))
     work = work_of(history, march(laws, EXPONENTIAL, history, rate))
-    assert work > 0
+    assert work[-1] > -2e-3 * np.abs(work).max()  # the rule's own error, where the cycle is elastic
 
 
 def test_the_work_test_sees_a_law_that_creates_energy():
@@ -157,7 +158,7 @@ def test_the_work_test_sees_a_law_that_creates_energy():
     up = np.array([vf1 > vf0 for (_, vf0), (_, vf1) in pairwise(history)])
     vf = np.array([vf for _, vf in history])
     wrong = loading(vf) * np.concatenate([[1.0], np.where(up, 1.0, 1.3)])
-    assert work_of(history, wrong) < 0
+    assert work_of(history, wrong)[-1] < -0.1 * work_of(history, wrong).max()
 
 
 def test_hysteresis_dissipates_what_lies_between_the_curves():
@@ -172,7 +173,7 @@ def test_hysteresis_dissipates_what_lies_between_the_curves():
         return loading(x - 0.6 * gain * (1 - u**4))
 
     given_back, _ = quad(lambda x: unloading(x) * VF0 / x**2, VF0, 0.58, points=[VF0 + 0.6 * gain])
-    assert work_of(history, pressure) == pytest.approx(stored - given_back, rel=1e-4)
+    assert work_of(history, pressure)[-1] == pytest.approx(stored - given_back, rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,15 @@ class RateLaw(Law):
         """Closing speed in m/s that the factor is taken at: that of the process."""
         return step.process_speed
 
+    def apply(self, step: CompactionStep, slow: Expression) -> Expression:
+        """Pressure in Pa at the step's speed from that of slow loading.
+
+        Speed acts on pressure alone: were the tension of fabric pulled apart larger in closing than in opening, a cycle
+        would create energy.
+        """
+        at_rest = self.factor(0.0)
+        return at_rest * slow + (self.factor(self.speed(step)) - at_rest) * positive(slow)
+
 
 class StatefulLaw(Law):
     """A law that keeps states at quadrature points; they are trial until the step is accepted."""
