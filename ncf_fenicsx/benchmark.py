@@ -17,6 +17,7 @@ from ncf_fenicsx.machine import machine
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.timing import Phases
 
@@ -38,7 +39,12 @@ def benchmark(divisions: int) -> str:
 
     Args:
         divisions: elements along x and y of each of four layers.
+
+    Raises:
+        SceneError: on several ranks, which would disturb each other.
     """
+    if MPI.COMM_WORLD.size > 1:
+        raise SceneError(f"benchmark: on {MPI.COMM_WORLD.size} ranks; expected one, without mpirun")
     microseconds = {name: assembly(laws, divisions) for name, laws in LAWS.items()}
     cold, warm = compilation()
     solid = microseconds["neo-Hookean solid"]

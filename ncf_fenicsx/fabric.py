@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import ufl
 
-from ncf_fenicsx.contracts import CompactionStep
+from ncf_fenicsx.contracts import CompactionStep, InPlaneLaw
 from ncf_fenicsx.kinematics import Expression, ExtrapolatedKinematics, Kinematics, deformation_gradient, in_plane
 from ncf_fenicsx.material import Clock, Material, Volumes, normal_stress_of
 from ncf_fenicsx.scene_laws import Laws
@@ -75,7 +76,7 @@ class Fabric(Material):
         compaction = -self.pressure(kinematics) * stretch_change * volumes.all
         shear = ufl.derivative(self.laws.shear.energy(kinematics) * volumes.all, displacement, variation)
         change = in_plane(ufl.sym(kinematics.deformation_gradient.T * ufl.grad(variation)))
-        return self._fibres(ufl.inner(self.laws.in_plane.stress(kinematics), change), volumes) + compaction + shear
+        return self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes) + compaction + shear
 
     def extrapolated_tangent(
         self, displacement: Any, last_iterate: Any, variation: Any, increment: Any, volumes: Volumes
@@ -91,14 +92,13 @@ class Fabric(Material):
         predicted = ExtrapolatedKinematics(
             now.deformation_gradient, now.initial_volume_fraction, now.measure, start=start
         )
-        excess = self.laws.in_plane.stress(predicted) - self.laws.in_plane.stress(now)
         second_change = in_plane(ufl.sym(ufl.grad(variation).T * ufl.grad(increment)))
-        return self._fibres(ufl.inner(excess, second_change), volumes)
+        return self._fibres(lambda law: ufl.inner(law.stress(predicted) - law.stress(now), second_change), volumes)
 
-    def _fibres(self, density: Expression, volumes: Volumes) -> ufl.Form:
-        """Integral of a density linear in the fibres' stress, of which bending may leave a share off the mid-plane."""
-        bending, stiffness = self.laws.bending, self.laws.in_plane.stiffness
+    def _fibres(self, density: Callable[[InPlaneLaw], Expression], volumes: Volumes) -> ufl.Form:
+        """Integral of a density of the in-plane laws: the fibres' own, and that of bending off the mid-plane."""
+        fibres, bending = density(self.laws.in_plane), self.laws.bending
         if bending is None:
-            return density * volumes.all
-        share = bending.share(stiffness)
-        return (1 - share) * density * volumes.mid_plane + share * density * volumes.all
+            return fibres * volumes.all
+        varying = density(bending)
+        return (fibres - varying) * volumes.mid_plane + varying * volumes.all

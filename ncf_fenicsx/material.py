@@ -17,8 +17,8 @@ class Clock:
     """Symbols of what a time step tells the laws.
 
     Attributes:
-        time_step: size of the step in s, 0 while the stack settles.
-        inverse_time_step: its inverse in 1/s, 0 while the stack settles.
+        time_step: size of the step in s; the stack takes for ever to settle.
+        inverse_time_step: its inverse in 1/s, 0 then.
         process_speed: speed at which the tool moves down in m/s, negative upwards.
     """
 

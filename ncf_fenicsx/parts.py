@@ -122,7 +122,7 @@ class Choice:
             raise ValueError(f'expected a table with kind = "{self.default}" or another kind of {self.family}')
         known = kinds(self.family)
         kind = value.get("kind", self.default)
-        if kind not in known:
+        if not isinstance(kind, str) or kind not in known:
             raise PydanticCustomError(
                 "unknown_kind",
                 "no such {family}; {advice}",

@@ -11,8 +11,8 @@ from ncf_fenicsx.scene_stack import OneSided
 from ncf_fenicsx.stepping import StepControl
 
 MEMORY_OF_PROGRAM = 0.18
-MEMORY_PER_UNKNOWN = 7.4e-6
-"""GB, measured with ``ncf-fenicsx run`` and MUMPS LDL^T (peak_memory_mb of run.json): see the README, "Memory"."""
+MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
+"""GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see the README, "Memory"."""
 
 
 def preview(scene: Scene, control: StepControl, duration: float) -> str:
@@ -44,8 +44,8 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         f"unknowns: {unknowns}",
         f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
         "tangent: " + ("symmetric, LDL^T" if laws.symmetric else "not symmetric, LU"),
-        f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN * unknowns:.2g} GB",
+        f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[laws.symmetric] * unknowns:.2g} GB",
         f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
-        *(f"caution: {caution}" for caution in laws.cautions),
+        *(f"caution: {caution}" for caution in scene.cautions),
     ]
     return "\n".join(lines)

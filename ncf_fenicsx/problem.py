@@ -27,8 +27,8 @@ from ncf_fenicsx.symbols import FormSymbols
 Floats = NDArray[np.float64]
 
 QUADRATURE_DEGREE = 2
-PENALTY_VOLUME_FRACTION = 0.60
-"""Penalty factors refer to the compaction tangent at this Vf, where the paper's compaction data ends."""
+FOREVER = 1e30
+"""Time in s that a stack at rest has had: all that relaxes has relaxed."""
 
 
 class Problem:
@@ -90,7 +90,7 @@ class Problem:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
             terms["gravity"] = self.symbols(weight) * v[2] * self.volumes.all
         if scene.tool is not None:
-            penalty = self.symbols(scene.tool.penalty.resolve(self.natural_stiffness))
+            penalty = self.symbols(scene.tool.penalty.resolve(self.scene.natural_stiffness))
             terms["tool"] = penalty_work(self.tool_gap, penalty, u, v, self.ds(TAGS["top"]))
         return terms
 
@@ -117,15 +117,6 @@ class Problem:
         face = (comm.allreduce(float(fem.assemble_scalar(one))) / cells) ** (2 / 3)
         return float(np.finfo(float).eps * self.scene.laws.stiffness * face * np.sqrt(cells))
 
-    @property
-    def natural_stiffness(self) -> float:
-        """Compaction tangent over thickness in Pa/m at `PENALTY_VOLUME_FRACTION` and the tool's highest speed."""
-        laws, initial = self.scene.laws, self.scene.stack.initial_volume_fraction
-        within = initial < PENALTY_VOLUME_FRACTION < laws.packing_limit
-        vf = PENALTY_VOLUME_FRACTION if within else (initial + laws.packing_limit) / 2
-        fastest = max((motion.closing_speed((segment,), 0.0) for segment in self.scene.path), default=0.0)
-        return laws.compaction_tangent(vf, initial, fastest) / self.scene.stack.thickness
-
     def _layer_contact(self) -> LayerContact | None:
         """Contact between separate layers; a bonded stack, or a single layer, has none."""
         interface = self.scene.interface
@@ -135,7 +126,9 @@ class Problem:
         x = self.space.tabulate_dof_coordinates()
         distance = x[nodes[:, 1]] - x[nodes[:, 0]]
         distance[np.abs(distance) < 1e-6 * self.length] = 0.0  # round-off must not decide which pairs touch
-        pairs = PairedContact(nodes, distance, interface.penalty.resolve(self.natural_stiffness), interface.stitching)
+        pairs = PairedContact(
+            nodes, distance, interface.penalty.resolve(self.scene.natural_stiffness), interface.stitching
+        )
         normal = self.material.kinematics(self.displacement).area_vector
         face = self.ds(TAGS["lower"], metadata=AT_NODES)
         return LayerContact(self.displacement, pairs, compat.compile_form(ufl.inner(normal, self.variation) * face))
@@ -152,7 +145,7 @@ class Problem:
         """Why the trial state is impossible, in words; None if it is possible."""
         if "volume_fraction" not in self.states.fields:
             return None
-        trial, limit = self.states.trial("volume_fraction"), self.scene.packing_limit
+        trial, (limit, whose) = self.states.trial("volume_fraction"), self.scene.packing_limit
         wrong = np.argwhere(~((trial > 0) & (trial < limit)))
         counts = self.comm.allgather(len(wrong))
         if not any(counts):
@@ -160,7 +153,7 @@ class Problem:
         places = self.states.places()  # compiles on all ranks together
         words = [self._name(trial, places, cell, point) for cell, point in wrong[:1]]
         first = next(found[0] for found in self.comm.allgather(words) if found)
-        return f"fibre volume fraction outside (0, {limit:.4g}) at {sum(counts)} points, such as {first}"
+        return f"fibre volume fraction outside (0, {limit:.4g}) ({whose}) at {sum(counts)} points, such as {first}"
 
     def _name(self, trial: Floats, places: Floats, cell: int, point: int) -> str:
         place = ", ".join(f"{1e3 * value:.3g}" for value in places[cell, point])
@@ -183,14 +176,14 @@ class Problem:
         self._set_time(time, 0.0)
 
     def _set_time(self, time: float, size: float) -> None:
-        """Put the tool where it is at a time (s); tell the laws the size of the step that ends there, 0 between."""
+        """Put the tool where it is at a time (s); tell the laws the size of the step that ends there, 0 at rest."""
         self._time = time
-        self.clock.time_step.value = size
+        self.clock.time_step.value = size or FOREVER
         self.clock.inverse_time_step.value = 1 / size if size else 0.0
         tool = self.scene.tool
         if tool is not None:
             self.tip.value[:] = tool.tip(self.stack.top, time)
-            self.clock.process_speed.value = motion.closing_speed(tool.path, time)
+            self.clock.process_speed.value = motion.closing_speed(tool.path, time) if size else 0.0
 
 
 def _volumes(mesh: Any) -> Volumes:

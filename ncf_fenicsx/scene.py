@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Annotated, Any, Literal, Self
 import tomli_w
 from pydantic import PositiveInt, ValidationError, model_validator
 
-from ncf_fenicsx.contracts import PermeabilityLaw, Tool
+from ncf_fenicsx import motion
+from ncf_fenicsx.contracts import PermeabilityLaw, Tool, real
 from ncf_fenicsx.motion import Segment
 from ncf_fenicsx.parts import Choice, Settings, impossible, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
@@ -82,23 +84,43 @@ class Scene(Settings):
 
     @model_validator(mode="after")
     def _laws_go_together(self) -> Self:
+        initial = self.stack.initial_volume_fraction
+        if self.laws.solid is None and initial >= 1:
+            expected = "expected less than fibre_density thickness, for Vf0 below 1"
+            raise impossible("stack.areal_density", self.stack.areal_density, f"gives Vf0 = {initial:.3f}; {expected}")
         for law in self.laws.chosen:
             law.check(self)
+        if not 0 < real(lambda _: self.natural_stiffness, 0.0) < math.inf:
+            compaction = self.laws.compaction
+            raise impossible("laws.compaction", compaction.kind, "expected parameters whose pressure grows with Vf")
         permeability = self.output.permeability
         if permeability is not None and self.laws.solid is not None:
             raise impossible("output.permeability.kind", permeability.kind, "expected none for a solid, without fibres")
-        initial = self.stack.initial_volume_fraction
         if permeability is not None and initial >= permeability.packing_limit:
             limit = f"expected a packing limit above Vf0 = {initial:.4g}; it is {permeability.packing_limit:.4g}"
             raise impossible("output.permeability.kind", permeability.kind, limit)
         return self
 
     @property
-    def packing_limit(self) -> float:
-        """Vf that no accepted step may reach, for one of the laws ends there."""
-        permeability = self.output.permeability
-        limit = self.laws.packing_limit
-        return limit if permeability is None else min(limit, permeability.packing_limit)
+    def natural_stiffness(self) -> float:
+        """Stiffness of a layer in Pa/m, compaction tangent over thickness at the tool's highest speed."""
+        fastest = max((motion.closing_speed((segment,), 0.0) for segment in self.path), default=0.0)
+        tangent = self.laws.compaction_tangent(self.stack.initial_volume_fraction, fastest)
+        return tangent / self.stack.thickness
+
+    @property
+    def cautions(self) -> list[str]:
+        """What a user of the scene's laws has to know before a run."""
+        return [f"laws.{law.family}: {words}" for law in self.laws.chosen if (words := law.caution(self))]
+
+    @property
+    def packing_limit(self) -> tuple[float, str]:
+        """Vf that no accepted step may reach, and which law ends there."""
+        compaction, permeability = self.laws.compaction, self.output.permeability
+        limits = [(compaction.packing_limit, f"laws.compaction, {compaction.kind}")]
+        if permeability is not None:
+            limits.append((permeability.packing_limit, f"output.permeability, {permeability.kind}"))
+        return min(limits)
 
     @property
     def path(self) -> tuple[Segment, ...]:

@@ -20,6 +20,9 @@ from ncf_fenicsx.contracts import (
 )
 from ncf_fenicsx.parts import Choice, Settings, Symbols, impossible, parameter
 
+PENALTY_VOLUME_FRACTION = 0.60
+"""Penalty factors refer to the compaction tangent at this Vf, where the paper's compaction data ends."""
+
 
 class Laws(Settings):
     """The constitutive laws, each chosen by ``kind``: those of the fabric, or that of a solid in its place."""
@@ -86,23 +89,16 @@ class Laws(Settings):
         return all(law.symmetric for law in self.chosen) and not by_volume
 
     @property
-    def cautions(self) -> list[str]:
-        """What a user of these laws has to know before a run."""
-        return [f"laws.{law.family}: {words}" for law in self.chosen if (words := law.caution(self))]
-
-    @property
     def stiffness(self) -> float:
         """Largest modulus in Pa."""
         return float(self.in_plane.stiffness if self.solid is None else self.solid.stiffness)
 
-    @property
-    def packing_limit(self) -> float:
-        """Vf that cannot be reached."""
-        return self.compaction.packing_limit
-
-    def compaction_tangent(self, volume_fraction: float, initial_volume_fraction: float, speed: float) -> float:
-        """Tangent in Pa across the thickness at a Vf and a closing speed of the process (m/s)."""
+    def compaction_tangent(self, initial_volume_fraction: float, speed: float) -> float:
+        """Tangent in Pa across the thickness at `PENALTY_VOLUME_FRACTION` and a closing speed of the process (m/s)."""
         if self.solid is not None:
             return self.solid.stiffness
-        tangent = self.compaction.tangent(volume_fraction, initial_volume_fraction)
+        vf, limit = PENALTY_VOLUME_FRACTION, self.compaction.packing_limit
+        if not initial_volume_fraction < vf < limit:
+            vf = (initial_volume_fraction + limit) / 2
+        tangent = self.compaction.tangent(vf, initial_volume_fraction)
         return float(tangent * max(self.rate.factor(speed), self.rate.factor(0.0)))

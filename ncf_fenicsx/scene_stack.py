@@ -71,11 +71,6 @@ class Stack(Settings):
             raise ValueError(f"the mesh file gives {', '.join(sorted(given))}; expected only one of both")
         if isinstance(self.through, tuple) and len(self.through) != self.layers:
             raise ValueError(f"through has {len(self.through)} numbers; expected one for each of {self.layers} layers")
-        if self.initial_volume_fraction >= 1:
-            raise ValueError(
-                f"areal_density / (fibre_density thickness) gives Vf0 = {self.initial_volume_fraction:.3f}; "
-                "expected less than 1"
-            )
         return self
 
     @property

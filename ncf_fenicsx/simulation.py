@@ -69,7 +69,7 @@ class Simulation:
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
         on_root(comm, lambda: prepare_folder(folder, overwrite))
-        for caution in scene.laws.cautions:
+        for caution in scene.cautions:
             self.progress.note(f"caution: {caution}")
         self.progress.note("compiling forms: seconds the first time, none after")
         with self.phases("forms"):

@@ -29,15 +29,14 @@ def strained(deformation_gradient, measure="thickness"):
     return Kinematics(ufl.as_matrix(np.asarray(deformation_gradient).tolist()), ufl.as_ufl(VF0), measure)
 
 
-def in_step(compaction, vf, old_vf=VF0, time_step=0.0, process_speed=0.0):
-    """What a law is told of a step."""
-    inverse = 1 / time_step if time_step else 0.0
+def in_step(compaction, vf, old_vf=VF0, time_step=1e30, process_speed=0.0):
+    """What a law is told of a step, for ever unless given."""
     return CompactionStep(
         ufl.as_ufl(vf),
         ufl.as_ufl(old_vf),
         VF0,
         time_step,
-        inverse,
+        1 / time_step,
         process_speed,
         lambda x: compaction.pressure(x, VF0),
     )
@@ -55,7 +54,7 @@ def march(laws, compaction, history, rate=None):
     states = {name: value for law in laws for name, value in law.initial_states(VF0).items()}
     pressures = [0.0]
     for (t0, vf0), (t1, vf1) in pairwise(history):
-        step = in_step(compaction, vf1, vf0, t1 - t0)
+        step = in_step(compaction, vf1, vf0, max(t1 - t0, 1e-12))
         unloading = [law for law in laws if law.family == "unloading"]
         slow = unloading[0].pressure(step, states) if unloading else step.loading(step.volume_fraction)
         slow = slow if rate is None else rate.apply(step, slow)

@@ -6,6 +6,7 @@ from laws_by_number import MM_PER_MIN, VF0, in_step, law
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
+from ncf_fenicsx import Scene
 from ncf_fenicsx.contracts import number
 from ncf_fenicsx.laws.exponential import Exponential
 from ncf_fenicsx.laws.kelly_rate import KellyRate
@@ -95,6 +96,7 @@ def test_closed_forms():
 def test_the_table_is_pchip_through_its_points_and_shifted_to_zero():
     made = Table()
     vf, stress = np.array(made.volume_fraction), np.array(made.stress)
+    assert made.caution(Scene.from_table({"duration": "1 s"})) is None  # its data is zero at Vf0, nearly
     inner = np.linspace(0.40, 0.60, 61)  # the outer slopes are held above a tenth of the secant's
     reference = PchipInterpolator(vf, stress)
     at_rest = made.pressure(0.45, VF0) - reference(0.45)
@@ -118,9 +120,31 @@ def test_opening_has_the_factor_of_rest_and_the_change_is_smooth(exponent):
 
 def test_the_local_closing_speed_is_the_reference_thickness_times_the_strain_rate():
     rate = KellyRate(feed="local", reference_thickness="8 mm")
-    thickness = 2e-3 * VF0 / np.array([0.5, 0.501])
-    strain_rate = np.log(thickness[0] / thickness[1]) / 0.25
+    stretch = VF0 / np.array([0.5, 0.501])
+    strain_rate = (stretch[0] - stretch[1]) / 0.25
     step = in_step(Exponential(), 0.501, 0.5, time_step=0.25, process_speed=1.0)
     assert number(rate.speed(step)) == pytest.approx(8e-3 * strain_rate, rel=1e-12)
     assert KellyRate(feed="process").speed(step) == 1.0
-    assert number(rate.speed(in_step(Exponential(), 0.501, 0.5, time_step=0.0))) == 0  # settling is no closing
+    assert number(rate.speed(in_step(Exponential(), 0.501, 0.5))) < 1e-30  # settling is no closing
+
+
+def test_a_table_that_starts_flat_or_above_zero():
+    """Flat ends keep some slope, and what is not zero at Vf0 is moved, and said."""
+    made = law(
+        "compaction", "table", volume_fraction=[0.38, 0.5, 0.6, 0.7], stress=["1 Pa", "1.1 Pa", "50 kPa", "51 kPa"]
+    )
+    vf = np.array([0.30, 0.34, 0.38, 0.72, 0.76])
+    assert np.all(np.diff(made.pressure(vf, VF0)) > 0.09 * np.array([0.83, 0.83, 1e4, 1e4]) * np.diff(vf))
+    high = {"kind": "table", "volume_fraction": [0.4, 0.5], "stress": ["1 kPa", "5 kPa"]}
+    cautions = Scene.from_table({"duration": "1 s", "laws": {"compaction": high}}).cautions
+    assert "laws.compaction: the table is moved by -921.8 Pa" in cautions[0]
+
+
+@pytest.mark.parametrize(("speed", "kpa"), [(1, 27.82), (2, 41.95), (5, 77.20)])
+def test_the_default_gives_back_the_curves_it_was_fitted_to(speed, kpa):
+    """A specimen of 4 mm at the cross-head's speed, stepped to Vf 0.60: the local speed is that of the cross-head."""
+    stretch = VF0 / 0.60
+    before = stretch + speed * MM_PER_MIN * 2.0 / 4e-3
+    step = in_step(Exponential(), 0.60, VF0 / before, time_step=2.0)
+    pressure = number(KellyRate().apply(step, Exponential().as_printed(0.60)))
+    assert pressure / 1e3 == pytest.approx(kpa, abs=1e-2)

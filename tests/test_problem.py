@@ -6,7 +6,12 @@ import ufl
 from assembled import COMM, assign, build, forces
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
+from laws_by_number import VF0, strained
 from petsc4py import PETSc
+
+from ncf_fenicsx import compat
+from ncf_fenicsx.contracts import number
+from ncf_fenicsx.measures import Measures
 
 SUM = PETSc.Mat.InfoType.GLOBAL_SUM
 
@@ -113,17 +118,69 @@ def test_bending_has_its_own_modulus_and_the_membrane_keeps_its_own(table):
     }
     table |= {"gravity": "0 m/s^2", "duration": "1 s", "stack": table["stack"] | {"layers": 1}}
     curvature, strain, t, area = 1e-3, 1e-6, 2e-3, 72e-6
+
+    def bend(x):
+        return np.stack([-curvature * x[0] * (x[2] - t / 2), 0 * x[0], curvature * x[0] ** 2 / 2])
+
     for modulus in (None, 10e6):
-        bending = {} if modulus is None else {"bending": {"modulus": f"{modulus} Pa"}}
+        bending = {} if modulus is None else {"bending": {"modulus": f"{modulus} Pa", "poisson": 0.3}}
         problem, _ = build(table | {"laws": laws | bending})
-        work = fem.form(ufl.action(problem.terms["internal"], problem.displacement))
-        assign(problem, lambda x: np.stack([-curvature * x[0] * (x[2] - t / 2), 0 * x[0], curvature * x[0] ** 2 / 2]))
         rigidity = (modulus or 1e9) * t**3 / (12 * (1 - 0.3**2))
-        bent = COMM.allreduce(fem.assemble_scalar(work))
-        assert bent == pytest.approx(rigidity * curvature**2 * area, rel=1e-2 if modulus is None else 2e-2)
-        assign(problem, lambda x: np.stack([strain * x[0], 0 * x[0], 0 * x[0]]))
-        stretched = COMM.allreduce(fem.assemble_scalar(work))
+        assert work_of(problem, bend) == pytest.approx(rigidity * curvature**2 * area, rel=1e-2)
+        stretched = work_of(problem, lambda x: np.stack([strain * x[0], 0 * x[0], 0 * x[0]]))
         assert stretched == pytest.approx(1e9 / (1 - 0.3**2) * strain**2 * t * area, rel=1e-4)
+
+
+def work_of(problem, field):
+    """Virtual work in J of the internal forces on the displacement itself: twice the energy, where it is quadratic."""
+    assign(problem, field)
+    return COMM.allreduce(
+        fem.assemble_scalar(compat.compile_form(ufl.action(problem.terms["internal"], problem.displacement)))
+    )
+
+
+@pytest.mark.parametrize("strain", [-1e-3, 0.0, 1e-3])
+@pytest.mark.parametrize("in_plane", [{"kind": "fibre_families"}, {"kind": "fibre_families", "plies": [0]}, {}])
+def test_rigidity_in_bending_does_not_follow_the_fibres(table, in_plane, strain):
+    """Second derivative of the work over curvature, of layers stretched and compressed before they are bent."""
+    del table["tool"]
+    stack = table["stack"] | {"layers": 1}
+    laws = {"in_plane": in_plane, "bending": {"modulus": "1 GPa"}, "shear": {"modulus": "1 Pa"}}
+    laws |= {"compaction": {"kind": "power", "scale": "1 Pa", "exponent": 1}}
+    problem, _ = build({"gravity": "0 m/s^2", "duration": "1 s", "stack": stack, "laws": laws})
+    assign(problem, lambda x: np.stack([strain * x[0], 0 * x[0], 0 * x[0]]))
+    bent = fem.Function(problem.space)
+    bent.interpolate(
+        lambda x: np.stack([-x[0] * (x[2] - 1e-3), 0 * x[0], 0 * x[0]])
+    )  # no deflection: no membrane force
+    tangent = ufl.derivative(problem.terms["internal"], problem.displacement, bent)
+    rigidity = COMM.allreduce(fem.assemble_scalar(compat.compile_form(ufl.action(tangent, bent)))) / 72e-6
+    assert rigidity == pytest.approx(1e9 * 8e-9 / (12 * (1 - 0.2**2)), rel=1e-2)
+
+
+def test_the_normal_stress_is_that_of_the_whole_energy(table):
+    """stress_33 of a layer stretched, sheared and pressed, against n . sigma n by differences of the laws' energies."""
+    del table["tool"]
+    laws = {"shear": {"kind": "growing", "modulus": "1 MPa"}, "rate": {"kind": "none"}}
+    problem, _ = build(table | {"duration": "1 s", "laws": laws, "interface": {"kind": "bonded"}})
+    F = np.array([[1.03, 0.01, 0.08], [0.0, 0.98, -0.05], [0.02, 0.01, 0.85]])
+    assign(problem, lambda x: (F - np.eye(3)) @ x)
+    measures = Measures(problem)
+    measures.observe()
+    made = problem.scene.laws
+
+    def energy(F):
+        kinematics = strained(F)
+        vf = number(kinematics.volume_fraction)
+        return made.compaction.energy(vf, VF0) + number(made.shear.energy(kinematics))
+
+    normal = np.linalg.inv(F).T @ [0, 0, 1]
+    stretch = np.linalg.det(F) * np.linalg.norm(normal)
+    normal, step = normal / np.linalg.norm(normal), 1e-6
+    push = step * np.outer(normal, [0, 0, 1])
+    expected = (energy(F + push) - energy(F - push)) / (2 * step) / stretch
+    assert abs(expected) > 1e3
+    assert measures.cells["stress_33"] == pytest.approx(expected, rel=1e-6)
 
 
 def test_plies_of_each_layer_stiffen_their_own_layer(table):
@@ -137,7 +194,7 @@ def test_plies_of_each_layer_stiffen_their_own_layer(table):
     }
     problem, _ = build(table)
     assign(problem, lambda x: np.stack([1e-5 * x[0], 0 * x[0], 0 * x[0]]))
-    force = forces(fem.form(problem.terms["internal"]))[:, 0]
+    force = forces(compat.compile_form(problem.terms["internal"]))[:, 0]
     x = problem.space.tabulate_dof_coordinates()
     end = np.isclose(x[:, 0], 12e-3)
     owned = np.arange(len(x)) < problem.space.dofmap.index_map.size_local

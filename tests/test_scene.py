@@ -82,7 +82,33 @@ WRONG = {
         ["laws={solid={}}", "output.permeability={}"],
         "output.permeability.kind = 'gebart': expected none for a solid",
     ),
-    "overfull fabric": (["stack.areal_density=4 kg/m^2"], "expected less than 1"),
+    "no Poisson's ratio": (
+        ["laws.in_plane={kind='as_printed', poisson=0}"],
+        "laws.in_plane.poisson = 0: expected greater",
+    ),
+    "kind that is no word": (["laws.in_plane.kind=[1]"], "laws.in_plane.kind = [1]: no such in_plane"),
+    "kind that is a table": (["tool.kind={a=1}"], "tool.kind = {'a': 1}: no such tool"),
+    "negative at rest": (
+        ["laws.rate={exponent='as_printed', alpha1=10}"],
+        "laws.rate.exponent = 'as_printed': expected a positive factor; it is",
+    ),
+    "beyond numbers": (
+        ["laws.rate={feed='process', alpha2=1000}", "tool.path.0.speed=5 mm/min"],
+        "it is nan at 5 mm/min",
+    ),
+    "steep beyond numbers": (
+        ["laws.compaction.beta2=1000"],
+        "laws.compaction = 'exponential': expected parameters whose",
+    ),
+    "falls with Vf": (["laws.compaction.beta1=0.5 Pa"], "laws.compaction = 'exponential': expected parameters whose"),
+    "no pressure at all": (
+        ["laws.compaction={kind='power', exponent=1e6}"],
+        "laws.compaction = 'power': expected parameters whose",
+    ),
+    "overfull fabric": (
+        ["stack.areal_density=4 kg/m^2"],
+        "gives Vf0 = 1.117; expected less than fibre_density thickness",
+    ),
     "through one layer only": (["stack.through=[1, 2]"], "through has 2 numbers; expected one for each of 4 layers"),
     "nothing holds it": (["stack.sides.x_min=free"], "nothing keeps the layers from sliding away"),
     "empty path": (["tool.path=[]"], "tool.path = []: expected at least one entry"),
@@ -175,7 +201,7 @@ def test_the_resolved_scene_reads_back_to_the_same(name):
     [
         {"tool": {"width": "infinite", "penalty": "1e9 Pa/m"}},
         {"tool": {}, "interface": {"kind": "bonded"}},
-        {"tool": {}, "laws": {"solid": {"kind": "split", "modulus": "2 MPa"}}},
+        {"tool": {}, "laws": {"solid": {"kind": "split", "modulus": "2 MPa"}}, "stack": {"areal_density": "15 kg/m^2"}},
         {"tool": {}, "laws": {"in_plane": {"kind": "fibre_families", "plies": [[0], [45, -45], [90], [0]]}}},
         {"tool": {}, "laws": {"relaxation": {"branches": [{"time": "3 s"}, {"share": 0.5}]}, "unloading": {}}},
         {"tool": {}, "laws": {"compaction": {"kind": "table"}, "bending": {}, "volume_fraction": "volume"}},

@@ -14,7 +14,7 @@ from ncf_fenicsx.contracts.compaction import (
     positive,
 )
 from ncf_fenicsx.contracts.elasticity import BendingLaw, HyperelasticInPlaneLaw, InPlaneLaw, ShearLaw, SolidLaw
-from ncf_fenicsx.contracts.law import Law, number
+from ncf_fenicsx.contracts.law import Law, number, real
 from ncf_fenicsx.contracts.permeability import PermeabilityLaw
 from ncf_fenicsx.contracts.tool import Tool
 
@@ -35,4 +35,5 @@ __all__ = [
     "UnloadingLaw",
     "number",
     "positive",
+    "real",
 ]

@@ -28,8 +28,8 @@ class CompactionStep:
         volume_fraction: Vf at the end of the step.
         old_volume_fraction: Vf at its start.
         initial_volume_fraction: Vf0.
-        time_step: size of the step in s, 0 while the stack settles.
-        inverse_time_step: its inverse in 1/s, 0 while the stack settles.
+        time_step: size of the step in s; the stack takes for ever to settle.
+        inverse_time_step: its inverse in 1/s, 0 then.
         process_speed: speed at which the tool closes in on the fabric in m/s, negative where it leaves.
         loading: pressure in Pa of monotone loading over Vf, without effects of rate.
     """
@@ -129,6 +129,6 @@ class RelaxationLaw(StatefulLaw):
     family = "relaxation"
 
 
-def positive(number: Expression) -> Expression:
-    """max(number, 0)."""
-    return (number + abs(number)) / 2
+def positive(value: Expression) -> Expression:
+    """max(value, 0)."""
+    return (value + abs(value)) / 2

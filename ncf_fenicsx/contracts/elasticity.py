@@ -8,6 +8,8 @@ import ufl
 
 from ncf_fenicsx.contracts.law import Law, number
 from ncf_fenicsx.kinematics import Expression, Kinematics
+from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.units import PositiveStress
 
 
 class InPlaneLaw(Law):
@@ -38,14 +40,13 @@ class HyperelasticInPlaneLaw(InPlaneLaw):
         return 2 * ufl.diff(self.energy(C_s), C_s)
 
 
-class BendingLaw(Law):
-    """Bending of a layer apart from its membrane stiffness."""
+class BendingLaw(HyperelasticInPlaneLaw):
+    """Bending of a layer apart from its membrane: the fibres act at its mid-plane, and this energy on what varies.
+
+    Its work over the volume is counted less that at the mid-plane, so that a uniform strain meets the fibres alone.
+    """
 
     family = "bending"
-
-    @abstractmethod
-    def share(self, in_plane_stiffness: Expression) -> Expression:
-        """Share of the fibres' stress that varies through the thickness; the rest is taken at the mid-plane."""
 
 
 class ShearLaw(Law):
@@ -69,12 +70,19 @@ class SolidLaw(Law):
     """Isotropic elastic solid in place of the fabric, to compare with general codes."""
 
     family = "solid"
+    modulus: PositiveStress = parameter("1 MPa", description="Young's modulus at small strain")
+    poisson: float = parameter(0.2, gt=-1, lt=0.5, description="Poisson's ratio at small strain")
 
     @abstractmethod
     def energy(self, kinematics: Kinematics) -> Expression:
         """W in J/m3."""
 
     @property
-    @abstractmethod
+    def shear_modulus(self) -> Expression:
+        """Mu in Pa."""
+        return self.modulus / (2 * (1 + self.poisson))
+
+    @property
     def stiffness(self) -> float:
-        """Stiffness in Pa of a layer pressed across its thickness, its sides held."""
+        """Stiffness lambda + 2 mu in Pa of a layer pressed across its thickness, its sides held."""
+        return float(self.modulus * (1 - self.poisson) / ((1 + self.poisson) * (1 - 2 * self.poisson)))

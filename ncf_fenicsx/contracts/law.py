@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import ufl
@@ -21,12 +23,21 @@ class Law(Part):
     def check(self, scene: Any) -> None:
         """Raise `parts.impossible` if the law does not go with the rest of the scene."""
 
-    def caution(self, laws: Any) -> str | None:
-        """What a user of this law, beside the others of a scene, has to know before a run, in a sentence."""
-        del laws
+    def caution(self, scene: Any) -> str | None:
+        """What a user of this law in a scene has to know before a run, in a sentence."""
+        del scene
         return None
 
 
 def number(expression: Expression) -> float:
     """Value of an expression of numbers, without fields."""
     return float(apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))(()))
+
+
+def real(formula: Callable[[float], Any], argument: float) -> float:
+    """Value of a formula, not a number where it has no real one."""
+    try:
+        value = formula(argument)
+    except ArithmeticError:
+        return math.nan
+    return math.nan if isinstance(value, complex) else float(value)

@@ -23,7 +23,7 @@ class NeoHookeanAsPrinted(InPlaneLaw):
     kind = "as_printed"
     symmetric = False
     modulus: PositiveStress = parameter("242 GPa", description="Young's modulus of the fibres")
-    poisson: float = parameter(0.3, gt=-1, lt=0.5, description="Poisson's ratio (not in the paper)")
+    poisson: float = parameter(0.3, gt=0, lt=0.5, description="Poisson's ratio (not in the paper)")
 
     def stress(self, kinematics: Kinematics) -> Expression:
         """S_s in Pa, shape (2, 2)."""
@@ -47,9 +47,9 @@ class NeoHookeanAsPrinted(InPlaneLaw):
         """Lambda + 2 mu in Pa."""
         return self.lame + 2 * self.shear_modulus
 
-    def caution(self, laws: Any) -> str | None:
+    def caution(self, scene: Any) -> str | None:
         """Not symmetric, and unstable almost at once: where lambda times the compaction passes G_t, layers crimp."""
-        modulus = laws.shear.small_strain_modulus
+        modulus = scene.laws.shear.small_strain_modulus
         return (
             f"the stress as printed has no energy, so the tangent is not symmetric (LU); compaction presses the fibres "
             f"in their plane by lambda = {self.lame / 1e9:.1f} GPa times its strain, and layers lose stability once "

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, Self
 
-import ufl
 from pydantic import model_validator
 
 from ncf_fenicsx import motion
-from ncf_fenicsx.contracts import CompactionStep, RateLaw, positive
+from ncf_fenicsx.contracts import CompactionStep, RateLaw, positive, real
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import impossible, parameter
 from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
@@ -20,7 +20,8 @@ class KellyRate(RateLaw):
     The paper prints the exponent +1/alpha3, which falls with speed, turns negative and is not 1 at rest; with -1/alpha3
     A(0) = 1 and A(infinity) = R, as the paper defines sigma_0 and sigma_inf. The paper multiplies by A(v) a stress that
     was fitted at v_ref, which counts A(v_ref) twice; the default divides by it. In opening the factor is that of rest,
-    the smallest: no cycle then gives more work than was put in, and with alpha2 > 1 the change is smooth.
+    the smallest (not so as printed): no cycle then gives more work than was put in, and with alpha2 > 1 the change is
+    smooth.
     """
 
     kind = "kelly"
@@ -34,13 +35,13 @@ class KellyRate(RateLaw):
         "corrected", description="-1/alpha3, or +1/alpha3 as printed"
     )
     normalised: Literal["v_ref", "lowest_speed"] = parameter(
-        "v_ref", description="speed at which the factor is 1: v_ref, or the lowest as printed"
+        "v_ref", description="A(v) / A(v_ref), or A(v) itself, relative to the stress at the lowest speed, as printed"
     )
     feed: Literal["process", "local"] = parameter(
         "local", description="speed: the closing speed of the fabric at each place, or that of the process, the tool's"
     )
     reference_thickness: PositiveLength = parameter(
-        "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d ln(lambda_3)/dt"
+        "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d(lambda_3)/dt"
     )
 
     @model_validator(mode="after")
@@ -50,12 +51,13 @@ class KellyRate(RateLaw):
         return self
 
     def check(self, scene: Any) -> None:
-        """Raise where the speed of the process makes the factor negative."""
+        """Raise where the factor is negative or beyond numbers, at rest, at v_ref or at a speed of the process."""
         speeds = [motion.closing_speed((segment,), 0.0) for segment in scene.path if self.feed == "process"]
-        wrong = [speed for speed in speeds if self.factor(speed) <= 0]
-        if wrong:
-            found = f"as printed it is {self.factor(wrong[0]):.3g} at {6e4 * wrong[0]:.3g} mm/min"
-            raise impossible("laws.rate.exponent", self.exponent, f"expected a positive factor; {found}")
+        for speed in (0.0, self.v_ref, *speeds):
+            factor = real(self.growth, speed)
+            if not 0 < factor < math.inf:
+                found = f"it is {factor:.3g} at {6e4 * speed:.3g} mm/min"
+                raise impossible("laws.rate.exponent", self.exponent, f"expected a positive factor; {found}")
 
     def growth(self, speed: Expression) -> Expression:
         """A(v), dimensionless: 1 at rest and in opening, sigma_inf / sigma_0 at infinite speed."""
@@ -68,20 +70,27 @@ class KellyRate(RateLaw):
         return self.growth(speed) / (self.growth(self.v_ref) if self.normalised == "v_ref" else 1.0)
 
     def speed(self, step: CompactionStep) -> Expression:
-        """Closing speed in m/s: of the process, or the reference thickness times d ln(Vf)/dt = -d ln(lambda_3)/dt."""
+        """Closing speed in m/s: of the process, or the reference thickness times -d(Vf0 / Vf)/dt.
+
+        Vf0 / Vf is lambda_3, or J where Vf goes by volume. Not its logarithm: a specimen of the reference thickness
+        then closes at the speed of the cross-head throughout, and the law gives back the curves it was fitted to.
+        """
         if self.feed == "process":
             return step.process_speed
-        strain = ufl.ln(step.volume_fraction / step.old_volume_fraction)
-        return self.reference_thickness * strain * step.inverse_time_step
+        closed = step.initial_volume_fraction * (1 / step.old_volume_fraction - 1 / step.volume_fraction)
+        return self.reference_thickness * closed * step.inverse_time_step
 
-    def caution(self, laws: Any) -> str | None:
+    def caution(self, scene: Any) -> str | None:
         """The printed exponent makes the stress fall with speed, and negative from a speed on."""
-        del laws
+        del scene
         if self.exponent == "corrected":
             return None
         ratio = self.sigma_inf / self.sigma_0
         zero = self.v_ref * ((ratio**self.alpha3 - (ratio - 1) ** -self.alpha3) / self.alpha1) ** (1 / self.alpha2)
-        return f"the factor as printed falls with speed and is negative above {6e4 * zero:.3g} mm/min"
+        return (
+            f"the factor as printed falls with speed and is negative above {6e4 * zero:.3g} mm/min; it is largest in "
+            "opening, so that cycles create energy"
+        )
 
 
 class NoRate(RateLaw):

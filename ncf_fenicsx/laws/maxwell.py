@@ -9,8 +9,6 @@ from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import Settings, parameter
 from ncf_fenicsx.units import PositiveTime
 
-TINY = 1e-30
-
 
 class Branch(Settings):
     """One branch: a spring and a dashpot in series."""
@@ -42,7 +40,7 @@ class Maxwell(RelaxationLaw):
         states = {}
         for number, branch in enumerate(self.branches):
             name = f"relaxing_pressure_{number + 1}"
-            h = step.time_step / branch.time + TINY
+            h = step.time_step / branch.time
             half = ufl.tanh(h / 2)  # in place of exp: exact also where h is too small to tell 1 - exp(-h) from 0
             states[name] = (1 - half) / (1 + half) * old[name] + 2 * half / ((1 + half) * h) * gain
         return states

@@ -24,12 +24,16 @@ class NeoHookean(HyperelasticInPlaneLaw):
 
     def energy(self, in_plane_cauchy_green: Expression) -> Expression:
         """W in J/m3."""
-        mu = self.modulus / (2 * (1 + self.poisson))
-        lame = self.modulus * self.poisson / (1 - self.poisson**2)
-        log_area_stretch = ufl.ln(ufl.det(in_plane_cauchy_green)) / 2
-        return mu / 2 * (ufl.tr(in_plane_cauchy_green) - 2 - 2 * log_area_stretch) + lame / 2 * log_area_stretch**2
+        return plane_stress_energy(in_plane_cauchy_green, self.modulus, self.poisson)
 
     @property
     def stiffness(self) -> Expression:
         """Young's modulus in Pa."""
         return self.modulus
+
+
+def plane_stress_energy(C_s: Expression, modulus: Expression, poisson: Expression) -> Expression:
+    """Neo-Hookean energy in J/m3 of a sheet with a Young's modulus (Pa) and Poisson's ratio in its plane."""
+    mu, lame = modulus / (2 * (1 + poisson)), modulus * poisson / (1 - poisson**2)
+    log_area_stretch = ufl.ln(ufl.det(C_s)) / 2
+    return mu / 2 * (ufl.tr(C_s) - 2 - 2 * log_area_stretch) + lame / 2 * log_area_stretch**2

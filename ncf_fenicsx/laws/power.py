@@ -21,8 +21,3 @@ class Power(CompactionLaw):
     def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """A (Vf^b - Vf0^b) in Pa."""
         return self.scale * (volume_fraction**self.exponent - initial_volume_fraction**self.exponent)
-
-    def energy(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
-        """Work in J/m3, in closed form: integral of the pressure times Vf0 / Vf^2."""
-        vf, vf0, b = volume_fraction, initial_volume_fraction, self.exponent
-        return self.scale * vf0 * ((vf ** (b - 1) - vf0 ** (b - 1)) / (b - 1) - vf0**b * (1 / vf0 - 1 / vf))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import ufl
 
+from ncf_fenicsx.contracts import SolidLaw
 from ncf_fenicsx.kinematics import Expression, Kinematics
-from ncf_fenicsx.laws.solid_logarithmic import SolidLogarithmic
 
 
-class SolidSplit(SolidLogarithmic):
+class SolidSplit(SolidLaw):
     """W = mu/2 (J^(-2/3) I1 - 3) + K/2 (J - 1)^2, with the constants of Young's modulus and Poisson's ratio."""
 
     kind = "split"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,7 +20,7 @@ LEAST_END_SLOPE = 0.1
 
 
 class Table(CompactionLaw):
-    """Monotone, continuously differentiable cubic through (Vf, pressure), straight beyond its ends, zero at Vf0.
+    """Monotone, continuously differentiable cubic through (Vf, pressure), moved to zero at Vf0, straight at its ends.
 
     Slopes are those of Fritsch and Carlson 1980, as scipy's PCHIP has them.
     """
@@ -44,6 +44,13 @@ class Table(CompactionLaw):
             if np.any(np.diff(getattr(self, name)) <= 0):
                 raise impossible(name, list(getattr(self, name)), "expected ascending numbers")
         return self
+
+    def caution(self, scene: Any) -> str | None:
+        """The table is moved where its data is not zero at Vf0."""
+        moved = self._curve(scene.stack.initial_volume_fraction)
+        if abs(moved) < 1e-3 * max(map(abs, self.stress)):
+            return None
+        return f"the table is moved by {-moved:.4g} Pa, for the undeformed fabric to be free of stress"
 
     def with_symbols(self, symbols: Symbols) -> Self:
         """The table itself: its numbers are compiled into the forms."""
