@@ -151,7 +151,7 @@ def test_laws_defined_here_run_in_the_roller_scene(folder):
 # permeability
 
 
-GEBART = [  # Vf, along and across in m2 at a fibre radius of 3.6 um
+GEBART = [  # Vf, along and across in m2 at a fibre radius of 3.6 um, worked out apart from the program
     ("quadratic", 0.4, 2.4556e-12, 5.2887e-13),
     ("quadratic", 0.5, 9.0947e-13, 1.6748e-13),
     ("quadratic", 0.6, 3.2337e-13, 4.0887e-14),
