@@ -16,14 +16,6 @@ from ncf_fenicsx.problem import Problem
 
 Floats = NDArray[np.float64]
 
-CELL_FIELDS = {
-    "volume_fraction": ("1", "fibre volume fraction"),
-    "stress_33": ("Pa", "Cauchy stress across the layer, negative in compaction"),
-    "permeability_along": ("m^2", "permeability along the fibres, if the scene names a law for it"),
-    "permeability_across": ("m^2", "permeability across the fibres, if the scene names a law for it"),
-}
-"""Fields by cell, means over each cell, with unit and meaning."""
-
 COLUMNS = {
     "time": ("s", "time at the end of the step"),
     "time_step": ("s", "size of the step"),
@@ -53,7 +45,8 @@ class Measures:
         problem: what is measured.
 
     Attributes:
-        cells: fields of this rank's cells in the last observed state, as `CELL_FIELDS` lists them.
+        cells: means over this rank's cells in the last observed state, by name: ``volume_fraction`` (1), ``stress_33``
+            (Pa), ``permeability_along`` and ``permeability_across`` (m2), of which a scene has what it names.
     """
 
     def __init__(self, problem: Problem) -> None:

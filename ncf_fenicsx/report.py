@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.scene import Scene
 
 Floats = NDArray[np.float64]
-MM = 1e3
+MM, KPA = 1e3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Section:
     Attributes:
         quads: deformed corners in the x-z plane in m, shape (cells, 4, 2).
         places: undeformed centres of the quads in m, shape (cells, 2).
-        values: Vf of each cell, or the stress across it in a solid, which has no Vf.
+        values: Vf of each cell, or the stress across it in kPa in a solid, which has no Vf.
     """
 
     quads: Floats
@@ -72,8 +72,8 @@ def cut(mesh: meshio.Mesh, y: float) -> Section:
     nodes = np.take_along_axis(front, order, axis=1)
     deformed = (mesh.points + mesh.point_data["displacement"])[nodes][:, :, [0, 2]]
     fields = mesh.cell_data_dict
-    values = fields["volume_fraction" if "volume_fraction" in fields else "stress_33"]["hexahedron"][held]
-    return Section(deformed, flat.mean(axis=1), values)
+    name, scale = ("volume_fraction", 1.0) if "volume_fraction" in fields else ("stress_33", KPA)
+    return Section(deformed, flat.mean(axis=1), scale * fields[name]["hexahedron"][held])
 
 
 def _draw_force(axes: Any, history: Any) -> None:
@@ -100,7 +100,7 @@ def _draw_profile(axes: Any, section: Section, x: float, scene: Scene) -> None:
 
 
 def _label(scene: Scene) -> str:
-    return "fibre volume fraction" if scene.laws.solid is None else "stress across the layers (Pa)"
+    return "fibre volume fraction" if scene.laws.solid is None else "stress across the layers (kPa)"
 
 
 def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip: Floats) -> None:
