@@ -10,7 +10,7 @@ from typing import Any
 import meshio
 import numpy as np
 
-from ncf_fenicsx.hexahedra import FACES, NO_TAG, TAGS, Hexahedra, Integers
+from ncf_fenicsx.hexahedra import FACES, NO_TAG, TAGS, Hexahedra, Integers, place
 from ncf_fenicsx.scene_errors import SceneError
 
 VTK_TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]
@@ -66,10 +66,10 @@ def _layers(path: Path, file: Any, layers: int, centres: np.ndarray) -> Integers
             raise SceneError(f"{path.name}: no physical volume {name!r}; expected one for each layer, found {found}")
     unknown = np.flatnonzero(~np.isin(numbers, list(known)))
     if len(unknown):
-        where = ", ".join(f"{1e3 * value:.4g}" for value in centres[unknown[0]])
         name = names.get(int(numbers[unknown[0]]), "none")
         raise SceneError(
-            f"{path.name}: the cell at ({where}) mm is in {name!r}; expected a physical volume layer_1, ..."
+            f"{path.name}: the cell at {place(centres[unknown[0]])} is in {name!r}; "
+            "expected a physical volume layer_1, ..."
         )
     return np.array([known[int(number)] for number in numbers])
 

@@ -145,7 +145,7 @@ def mark_interfaces(stack: Hexahedra) -> Hexahedra:
     _, group, size = np.unique(number, return_inverse=True, return_counts=True)
     lonely = np.flatnonzero(size[group] != 2)
     if len(lonely):
-        raise SceneError(f"mesh: the facet at {_place(centres[lonely[0]])} has no tag; expected bottom, top or a side")
+        raise SceneError(f"mesh: the facet at {place(centres[lonely[0]])} has no tag; expected bottom, top or a side")
     order = np.lexsort((layer, group))
     flat = tags.ravel()
     flat[open_faces[order[0::2]]], flat[open_faces[order[1::2]]] = TAGS["lower"], TAGS["upper"]
@@ -171,7 +171,7 @@ def check_cells(stack: Hexahedra) -> None:
     bad = np.flatnonzero(smallest <= 1e-6 * extent.prod(axis=1) + 1e-18 * extent[:, 2] ** 3)
     if len(bad):
         what = "inverted" if smallest[bad[0]] < 0 else "degenerate"
-        where = _place(corners[bad[0]].mean(axis=0))
+        where = place(corners[bad[0]].mean(axis=0))
         raise SceneError(f"mesh: cell {bad[0]} at {where} is {what}; expected hexahedra with positive volume")
 
 
@@ -206,5 +206,6 @@ def _appear_once(rows: Integers) -> NDArray[np.bool_]:
     return count[group.ravel()] == 1
 
 
-def _place(point: Floats) -> str:
+def place(point: Floats) -> str:
+    """A point (m) in words."""
     return "(" + ", ".join(f"{1e3 * value:.4g}" for value in point) + ") mm"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx import compat, motion
 from ncf_fenicsx.contact import AT_NODES, penalty_work
 from ncf_fenicsx.fabric import Fabric
-from ncf_fenicsx.hexahedra import TAGS
+from ncf_fenicsx.hexahedra import TAGS, place
 from ncf_fenicsx.interface import LayerContact, PairedContact, pair_nodes
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.material import Clock, Material, Solid, Volumes
@@ -156,8 +156,7 @@ class Problem:
         return f"fibre volume fraction outside (0, {limit:.4g}) ({whose}) at {sum(counts)} points, such as {first}"
 
     def _name(self, trial: Floats, places: Floats, cell: int, point: int) -> str:
-        place = ", ".join(f"{1e3 * value:.3g}" for value in places[cell, point])
-        return f"{trial[cell, point]:.3g} at ({place}) mm in layer {self.stack.layer[cell] + 1}"
+        return f"{trial[cell, point]:.3g} at {place(places[cell, point])} in layer {self.stack.layer[cell] + 1}"
 
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""

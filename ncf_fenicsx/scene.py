@@ -93,12 +93,8 @@ class Scene(Settings):
         if not 0 < real(lambda _: self.natural_stiffness, 0.0) < math.inf:
             compaction = self.laws.compaction
             raise impossible("laws.compaction", compaction.kind, "expected parameters whose pressure grows with Vf")
-        permeability = self.output.permeability
-        if permeability is not None and self.laws.solid is not None:
-            raise impossible("output.permeability.kind", permeability.kind, "expected none for a solid, without fibres")
-        if permeability is not None and initial >= permeability.packing_limit:
-            limit = f"expected a packing limit above Vf0 = {initial:.4g}; it is {permeability.packing_limit:.4g}"
-            raise impossible("output.permeability.kind", permeability.kind, limit)
+        if self.output.permeability is not None:
+            self.output.permeability.check(self)
         return self
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from typing import Annotated, Any, Self
 
@@ -63,7 +64,7 @@ class Table(CompactionLaw):
 
     def _curve(self, vf: Expression) -> Expression:
         """Sum over the intervals of what the pressure gains in each, as far as Vf reaches into it."""
-        x, y, slope = self._nodes()
+        x, y, slope = self.volume_fraction, self.stress, _slopes(self.volume_fraction, self.stress)
         curve = y[0] - slope[0] * positive(x[0] - vf) + slope[-1] * positive(vf - x[-1])
         for i, length in enumerate(np.diff(x)):
             reach = _between(vf - x[i], length)
@@ -72,13 +73,6 @@ class Table(CompactionLaw):
             cube = (slope[i] + slope[i + 1] - 2 * secant) / length**2
             curve = curve + reach * (slope[i] + reach * (square + reach * cube))
         return curve
-
-    def _nodes(self) -> tuple[list[float], list[float], list[float]]:
-        x, y = np.array(self.volume_fraction), np.array(self.stress)
-        slope = PchipInterpolator(x, y).derivative()(x)
-        secant = np.diff(y) / np.diff(x)
-        slope[[0, -1]] = np.maximum(slope[[0, -1]], LEAST_END_SLOPE * secant[[0, -1]])
-        return list(self.volume_fraction), list(self.stress), [float(value) for value in slope]
 
     def energy(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """Work of compaction in J/m3, integrated interval by interval."""
@@ -90,6 +84,15 @@ class Table(CompactionLaw):
         x = self.volume_fraction
         inner = [low + _between(vf - low, high - low) for low, high in pairwise(x)]
         return [vf - positive(vf - x[0]), *inner, x[-1] + positive(vf - x[-1])]
+
+
+@cache
+def _slopes(x: tuple[float, ...], y: tuple[float, ...]) -> list[float]:
+    """Slopes at the nodes; made once, for each evaluation of the curve asks for them."""
+    slope = PchipInterpolator(x, y).derivative()(x)
+    secant = np.diff(y) / np.diff(x)
+    slope[[0, -1]] = np.maximum(slope[[0, -1]], LEAST_END_SLOPE * secant[[0, -1]])
+    return [float(value) for value in slope]
 
 
 def _between(number: Expression, length: float) -> Expression:
