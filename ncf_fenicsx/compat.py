@@ -37,14 +37,41 @@ def coordinates(mesh: Any) -> Any:
     return ufl.SpatialCoordinate(mesh)
 
 
-def sparsity_pattern(form: Any) -> Any:
-    """Pattern of a bilinear form, open for further entries."""
-    return fem.create_sparsity_pattern(form)
+def create_matrix(space: Any, links: np.ndarray) -> Any:
+    """PETSc matrix for integrals over the cells of one space, with entries for further pairs of nodes.
 
-
-def create_matrix(comm: MPI.Comm, pattern: Any) -> Any:
-    """PETSc matrix with a finished pattern."""
+    Args:
+        space: of nodal fields.
+        links: global numbers of the nodes of rows and columns, shape (pairs, 2); nodes of other ranks are welcome.
+    """
+    dofmap = space.dofmap
+    comm, own = dofmap.index_map.comm, dofmap.index_map
+    extended, local = _with_ghosts(own, links)
+    pattern = cpp.la.SparsityPattern(comm, [extended, extended], [dofmap.index_map_bs] * 2)
+    for nodes in dofmap.list:
+        pattern.insert(nodes, nodes)
+    for row, column in local:
+        pattern.insert(row, column)
+    pattern.finalize()
     return cpp.la.petsc.create_matrix(comm, pattern)
+
+
+def _with_ghosts(own: Any, numbers: np.ndarray) -> tuple[Any, np.ndarray]:
+    """Index map with ghosts for all global numbers, its own local numbers unchanged; and the local ones of those."""
+    comm = own.comm
+    starts = np.array([*comm.allgather(own.local_range[0]), own.size_global])
+    known = own.local_to_global(np.arange(own.size_local + own.num_ghosts, dtype=np.int32))
+    more = np.setdiff1d(numbers, known)
+    if not comm.allreduce(len(more)):
+        extended = own
+    else:
+        owners = np.searchsorted(starts, more, side="right") - 1
+        ghosts = np.concatenate([own.ghosts, more]), np.concatenate([own.owners, owners])
+        extended = cpp.common.IndexMap(comm, own.size_local, ghosts[0], ghosts[1].astype(np.int32))
+    every = np.concatenate([known, more])
+    order = np.argsort(every)
+    local = order[np.searchsorted(every, numbers, sorter=order)] if len(numbers) else numbers
+    return extended, local.astype(np.int32)
 
 
 def compile_form(form: ufl.Form) -> Any:

@@ -1,32 +1,149 @@
-"""Contact of the fabric's face with a rigid tool: gap to pressure to residual. Knows no tool and no law."""
+"""Contact of a face: gap to pressure to virtual work, by each way of enforcing it. Knows no tool, layer or law.
+
+All pressures are per reference area. Contact acts at nodes: no over-constraint, no pressure checkerboard.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import ufl
+from pydantic import PositiveInt
 
 from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import Part, Settings, parameter
+from ncf_fenicsx.units import Penalty
 
 AT_NODES = {"quadrature_rule": "vertex", "quadrature_degree": 1}
-"""Contact acts at nodes, each with its share of the reference area: no over-constraint, no pressure checkerboard."""
+"""Contact acts at nodes, each with its share of the reference area."""
+TOUCHING = 1e-15
+"""Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their places."""
 
 
-def penalty_pressure(gap: Expression, stiffness: Expression) -> Expression:
-    """Pressure (Pa, per reference area) on a face that penetrates: stiffness * max(-gap, 0)."""
-    return ufl.conditional(ufl.lt(gap, 0), -stiffness * gap, 0)
+@dataclass(frozen=True)
+class Touch:
+    """What is known of two faces where they may touch.
+
+    Attributes:
+        gap: distance in m, negative in penetration.
+        stiffness: penalty in Pa/m.
+        multiplier: contact pressure of the last update in Pa; None unless the enforcement keeps one.
+        own_pressure: pressure in Pa that the layer's own stress has on its face; None unless the enforcement asks.
+    """
+
+    gap: Expression
+    stiffness: Expression
+    multiplier: Expression = None
+    own_pressure: Expression = None
 
 
-def penalty_work(gap: Expression, stiffness: Expression, displacement: Any, variation: Any, face: Any) -> ufl.Form:
-    """Virtual work (J) of the contact pressure: -pressure * variation of the gap, over a face.
+class Enforcement(Part):
+    """How it is enforced that faces do not penetrate each other."""
 
-    The direction of the force is the derivative of the gap, the current normal of the tool.
+    family = "contact"
+    keeps_multiplier: ClassVar[bool] = False
+    uses_own_pressure: ClassVar[bool] = False
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether its tangent is symmetric."""
+        return True
+
+    @abstractmethod
+    def pressure(self, touch: Touch) -> Expression:
+        """Contact pressure in Pa, at least 0."""
+
+    def work(self, touch: Touch, gap_change: Expression, own_pressure_change: Expression) -> Expression:
+        """Virtual work (J/m2) for changes of the gap (m) and of the layer's own pressure (Pa)."""
+        del own_pressure_change
+        return -self.pressure(touch) * gap_change
+
+
+class PenaltyContact(Enforcement):
+    """Pressure grows with penetration: p = k max(-g, 0)."""
+
+    kind = "penalty"
+
+    def pressure(self, touch: Touch) -> Expression:
+        """K max(-g, 0) in Pa."""
+        return ufl.conditional(ufl.le(touch.gap, TOUCHING), -touch.stiffness * touch.gap, 0)
+
+
+class NitscheContact(Enforcement):
+    """The contact pressure is the layer's own, corrected by the gap: p = max(p_n - k g, 0), p_n = -n . sigma n J_s.
+
+    Virtual work -p dg + theta/k (p - p_n) dp_n (Chouly, Hild, Renard 2015); theta = 1 has an energy.
+    """
+
+    kind = "nitsche"
+    uses_own_pressure = True
+    variant: Literal["incomplete", "skew", "symmetric"] = parameter(
+        "incomplete", description="weight theta of the change of stress: 0, -1 or 1"
+    )
+
+    @property
+    def symmetric(self) -> bool:
+        """Only with theta = 1."""
+        return self.variant == "symmetric"
+
+    @property
+    def theta(self) -> int:
+        """Weight of the change of stress."""
+        return {"incomplete": 0, "skew": -1, "symmetric": 1}[self.variant]
+
+    def pressure(self, touch: Touch) -> Expression:
+        """max(p_n - k g, 0) in Pa."""
+        return ufl.max_value(touch.own_pressure - touch.stiffness * touch.gap, 0)
+
+    def work(self, touch: Touch, gap_change: Expression, own_pressure_change: Expression) -> Expression:
+        """-p dg + theta/k (p - p_n) dp_n in J/m2."""
+        work = super().work(touch, gap_change, own_pressure_change)
+        if not self.theta:
+            return work
+        excess = self.pressure(touch) - touch.own_pressure
+        return work + self.theta / touch.stiffness * excess * own_pressure_change
+
+
+class AugmentedLagrangian(Enforcement):
+    """A multiplier takes over from the penalty, update by update: p = max(lambda - k g, 0), then lambda = p.
+
+    One update for each accepted step; more only while penetration is above the tolerance.
+    """
+
+    kind = "augmented_lagrangian"
+    keeps_multiplier = True
+    tolerance: float = parameter(1e-4, gt=0, description="largest penetration over the layer's thickness")
+    max_updates: PositiveInt = parameter(20, description="updates within a step at which it is cut")
+
+    def pressure(self, touch: Touch) -> Expression:
+        """max(lambda - k g, 0) in Pa; a gap of nothing counts as closed."""
+        closed = touch.multiplier - touch.stiffness * touch.gap
+        return ufl.conditional(ufl.ge(closed, -touch.stiffness * TOUCHING), closed, 0)
+
+
+class Friction(Settings):
+    """Coulomb friction, regularised: an elastic stick of finite stiffness, whose traction slides at mu p."""
+
+    coefficient: float = parameter(..., gt=0, description="coefficient of friction mu")
+    stiffness: Penalty = parameter(
+        10.0, description="stick stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
+    )
+
+
+def friction_traction(stuck: Expression, pressure: Expression, coefficient: Expression) -> Expression:
+    """Tangential traction in Pa: that of a stick, no more than mu p (return mapping of Coulomb's law).
 
     Args:
-        gap: signed distance of the current points from the tool in m, negative in penetration.
-        stiffness: penalty in Pa/m.
-        displacement: field the gap depends on.
-        variation: test function.
-        face: UFL measure of the reference face.
+        stuck: traction if nothing slid in Pa, shape (3,).
+        pressure: contact pressure in Pa.
+        coefficient: mu.
     """
-    return -penalty_pressure(gap, stiffness) * ufl.derivative(gap, displacement, variation) * face(metadata=AT_NODES)
+    limit, size = coefficient * pressure, ufl.sqrt(ufl.dot(stuck, stuck))
+    return ufl.conditional(ufl.gt(size, limit), limit / size, 1) * stuck
+
+
+def tangential(vector: Expression, normal: Expression) -> Expression:
+    """Part of a vector in the plane across a unit normal."""
+    return vector - ufl.dot(vector, normal) * normal

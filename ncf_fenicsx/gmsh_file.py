@@ -14,7 +14,6 @@ from ncf_fenicsx.hexahedra import FACES, NO_TAG, TAGS, Hexahedra, Integers, plac
 from ncf_fenicsx.scene_errors import SceneError
 
 VTK_TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]
-OUTSIDE = [name for name in TAGS if name not in ("lower", "upper")]
 
 
 def read_gmsh(path: Path, layers: int) -> Hexahedra:
@@ -78,8 +77,8 @@ def _face_tags(path: Path, file: Any, cells: Integers) -> Integers:
     numbers, names = _physical(path, file, "quad")
     surfaces = {int(number): names.get(int(number), "none") for number in np.unique(numbers)}
     for name in surfaces.values():
-        if name not in OUTSIDE:
-            raise SceneError(f"{path.name}: physical surface {name!r}; expected one of {', '.join(OUTSIDE)}")
+        if name not in TAGS:
+            raise SceneError(f"{path.name}: physical surface {name!r}; expected one of {', '.join(TAGS)}")
     quads = np.sort(file.cells_dict["quad"].astype(np.int64), axis=1)
     faces = np.sort(cells[:, FACES].reshape(-1, 4), axis=1)
     _, group = np.unique(np.concatenate([quads, faces]), axis=0, return_inverse=True)

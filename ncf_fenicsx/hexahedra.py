@@ -6,6 +6,7 @@ Vertices of a cell are numbered as in DOLFINx, x fastest, then y, then z: (0,0,0
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,20 @@ Integers = NDArray[np.int64]
 
 FACES = np.array([[0, 1, 2, 3], [0, 1, 4, 5], [0, 2, 4, 6], [1, 3, 5, 7], [2, 3, 6, 7], [4, 5, 6, 7]])
 NO_TAG = 0
-TAGS = {"bottom": 1, "top": 2, "x_min": 3, "x_max": 4, "y_min": 5, "y_max": 6, "sides": 7, "lower": 8, "upper": 9}
-"""Numbers of facet tags; ``lower`` and ``upper`` are the two faces that meet between layers, the others are outside."""
+TAGS = {"bottom": 1, "top": 2, "x_min": 3, "x_max": 4, "y_min": 5, "y_max": 6, "sides": 7}
+"""Numbers of the tags of outside facets."""
+STEEP = 0.3
+"""Facets between layers are flatter than this: the height of their unit normal is above it."""
+
+
+def lower_tag(layer: Any) -> Any:
+    """Tag of the upper face of a layer (0 at the bottom), the lower of the two faces that meet there."""
+    return 100 + 2 * layer
+
+
+def upper_tag(layer: Any) -> Any:
+    """Tag of the lower face of the next layer, the upper of the two faces that meet there."""
+    return 101 + 2 * layer
 
 
 @dataclass(frozen=True)
@@ -70,15 +83,15 @@ def _spread(divisions: int, grading: float) -> Floats:
     return (1 - grading) * s + grading * s**2
 
 
-def extrude(x: Floats, y: Floats, heights: list[Floats]) -> Hexahedra:
-    """Layers of hexahedra over a grid, each layer with nodes of its own.
+def extrude(grids: list[list[Floats]], heights: list[Floats]) -> Hexahedra:
+    """Layers of hexahedra over grids, each layer with nodes of its own.
 
     Args:
-        x: grid coordinates in m.
-        y: grid coordinates in m.
-        heights: coordinates in m through each layer, from the bottom up.
+        grids: coordinates x and y in m of each layer, from the bottom up.
+        heights: coordinates in m through each layer.
     """
-    parts = [_extrude_layer(x, y, z, number, len(heights)) for number, z in enumerate(heights)]
+    layers = enumerate(zip(grids, heights, strict=True))
+    parts = [_extrude_layer(x, y, z, number, len(heights)) for number, ((x, y), z) in layers]
     offsets = np.cumsum([0] + [len(part.points) for part in parts[:-1]])
     return Hexahedra(
         points=np.concatenate([part.points for part in parts]),
@@ -105,9 +118,14 @@ def _extrude_layer(x: Floats, y: Floats, z: Floats, number: int, layers: int) ->
     return Hexahedra(points, cells, np.full(len(cells), number), tags.reshape(-1, 6))
 
 
-def split_layers(stack: Hexahedra) -> Hexahedra:
-    """The stack with nodes that belong to one layer each."""
-    key = stack.layer[:, None] * len(stack.points) + stack.cells
+def split_layers(stack: Hexahedra, pack: Integers) -> Hexahedra:
+    """The stack with nodes that belong to one pack of bonded layers each.
+
+    Args:
+        stack: layers, those of a pack sharing their nodes.
+        pack: number of each layer's pack, shape (layers,).
+    """
+    key = pack[stack.layer][:, None] * len(stack.points) + stack.cells
     unique, cells = np.unique(key, return_inverse=True)
     points = stack.points[unique % len(stack.points)]
     return Hexahedra(points, cells.reshape(-1, 8), stack.layer, stack.face_tags)
@@ -130,26 +148,37 @@ def coincidence(points: Floats, extent: Floats) -> Integers:
     return number
 
 
-def mark_interfaces(stack: Hexahedra) -> Hexahedra:
-    """The stack with the faces tagged where one layer lies on the next.
+def mark_interfaces(stack: Hexahedra, pack: Integers) -> Hexahedra:
+    """The stack with the faces tagged where a layer of one pack lies on a layer of the next.
 
     Raises:
-        SceneError: an outside face has no tag.
+        SceneError: an outside face has no tag, or bonded layers do not share their nodes.
     """
     once = _appear_once(stack.face_vertices).reshape(-1, 6)
-    tags = stack.face_tags.copy()
-    open_faces = np.flatnonzero((once & (tags == NO_TAG)).ravel())
-    centres = stack.face_centres[open_faces]
-    number = coincidence(centres, stack.points) if len(centres) else np.zeros(0, dtype=np.int64)
-    layer = np.repeat(stack.layer, 6)[open_faces]
-    _, group, size = np.unique(number, return_inverse=True, return_counts=True)
-    lonely = np.flatnonzero(size[group] != 2)
+    cell, face = np.nonzero(once & (stack.face_tags == NO_TAG))
+    upwards, layer = _outward_height(stack, cell, face), stack.layer[cell]
+    other = layer + np.where(upwards > 0, 1, -1)
+    lonely = np.flatnonzero((np.abs(upwards) < STEEP) | (other < 0) | (other >= len(pack)))
+    centres = stack.face_centres.reshape(-1, 6, 3)[cell, face]
     if len(lonely):
         raise SceneError(f"mesh: the facet at {place(centres[lonely[0]])} has no tag; expected bottom, top or a side")
-    order = np.lexsort((layer, group))
-    flat = tags.ravel()
-    flat[open_faces[order[0::2]]], flat[open_faces[order[1::2]]] = TAGS["lower"], TAGS["upper"]
-    return Hexahedra(stack.points, stack.cells, stack.layer, flat.reshape(-1, 6))
+    torn = np.flatnonzero(pack[layer] == pack[other])
+    if len(torn):
+        number = min(layer[torn[0]], other[torn[0]]) + 1
+        raise SceneError(f"mesh: layers {number} and {number + 1} are bonded; expected facets that match")
+    tags = stack.face_tags.copy()
+    tags[cell, face] = np.where(upwards > 0, lower_tag(layer), upper_tag(other))
+    return Hexahedra(stack.points, stack.cells, stack.layer, tags)
+
+
+def _outward_height(stack: Hexahedra, cell: Integers, face: Integers) -> Floats:
+    """Component along z of the outward unit normal of faces, shape (faces,)."""
+    quads = stack.points[stack.cells[cell[:, None], FACES[face]]]
+    normal = np.cross(quads[:, 3] - quads[:, 0], quads[:, 2] - quads[:, 1])
+    outwards = quads.mean(axis=1) - stack.points[stack.cells[cell]].mean(axis=1)
+    sign = np.sign(np.einsum("ij,ij->i", normal, outwards))
+    height: Floats = sign * normal[:, 2] / np.linalg.norm(normal, axis=1)
+    return height
 
 
 def corner_volumes(stack: Hexahedra) -> Floats:

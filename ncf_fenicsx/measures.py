@@ -11,7 +11,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
-from ncf_fenicsx.interface import face_nodes
+from ncf_fenicsx.contact_measures import INTERFACE_COLUMNS, RIGID_COLUMNS, ContactMeasures
+from ncf_fenicsx.contacts import numbered
 from ncf_fenicsx.problem import Problem
 
 Floats = NDArray[np.float64]
@@ -21,20 +22,21 @@ COLUMNS = {
     "time_step": ("s", "size of the step"),
     "tool_displacement": ("m", "how far the tool has moved down"),
     "tool_force": ("N", "upward force of the fabric on the tool, of the whole, mirror images included"),
-    "support_force": ("N", "upward force of the supports on the fabric, of the whole"),
-    "weight": ("N", "weight of the fabric, of the whole; support_force = tool_force + weight"),
+    "support_force": ("N", "upward force of the supports, mould included, on the fabric, of the whole"),
+    "weight": ("N", "weight of the fabric, of the whole; support_force = the tools' forces + weight"),
     "vf_min": ("1", "smallest fibre volume fraction, by cell"),
     "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
     "vf_max": ("1", "largest fibre volume fraction, by cell"),
-    "penetration_max": ("m", "deepest penetration of a node into the tool"),
-    "gap_max": ("m", "widest opening between two layers"),
+    **RIGID_COLUMNS,
+    **{f"{name}_N": meaning for name, meaning in INTERFACE_COLUMNS.items()},
     "newton_iterations": ("1", "Newton iterations of the step"),
     "step_cuts": ("1", "attempts at the step that failed before"),
     "wall_time": ("s", "time since the start of the program's run"),
 }
 """Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``.
 
-A solid has no Vf, and none of its columns.
+A solid has no Vf, and none of its columns. Columns of tools are those of the first; ``tool_force_2`` and so on are of
+the next ones, ``mould_...`` of the mould. Columns that end with N are of the interface above layer N.
 """
 
 
@@ -47,6 +49,7 @@ class Measures:
     Attributes:
         cells: means over this rank's cells in the last observed state, by name: ``volume_fraction`` (1), ``stress_33``
             (Pa), ``permeability_along`` and ``permeability_across`` (m2), of which a scene has what it names.
+        contacts: measures of contacts, with their fields at nodes.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -64,43 +67,39 @@ class Measures:
         self.cells: dict[str, Floats] = {}
         self._forms = {name: compat.compile_form(density * indicator * volume) for name, density in densities.items()}
         self._volume = self._integrals("volume")
-        self._tool_work = compat.compile_form(problem.terms["tool"]) if "tool" in problem.terms else None
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
         self._weight = self._vertical_force(weight)
-        self._top: Any = np.zeros(0, dtype=np.int32)
-        if scene.tool is not None:
-            self._heights = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)))
-            points = compat.interpolation_points(self._heights.function_space.element)
-            self._tool_gap = compat.compile_expression(problem.tool_gap, points)
-            self._top = face_nodes(self._heights.function_space, problem.stack.facets("top"))
+        self.contacts = ContactMeasures(problem)
 
-    def observe(self) -> None:
-        """Take the cell means of the trial state, before it is committed: stress also follows the states before."""
+    def observe(self, residual: Floats) -> dict[str, float]:
+        """Measured columns of the history in the trial state, before it is committed: stress follows the states before.
+
+        Args:
+            residual: out-of-balance forces in N of the owned dofs, reactions included.
+        """
         self.cells = {name: self._integrals(name) / self._volume for name in self._forms if name != "volume"}
         permeability = self.problem.scene.output.permeability
         if permeability is not None:
             vf = self.cells["volume_fraction"]
             self.cells |= {"permeability_along": permeability.along(vf), "permeability_across": permeability.across(vf)}
-
-    def row(self, residual: Floats) -> dict[str, float]:
-        """Measured columns of the history at the committed state, observed before.
-
-        Args:
-            residual: out-of-balance forces in N of the owned dofs, reactions included.
-        """
-        comm, coupling = self.problem.comm, self.problem.coupling
-        gap = 0.0 if coupling is None else float(coupling.gap().max(initial=0.0))
-        support = float(residual[self.problem.supports.vertical_dofs].sum())
-        row = {
-            "tool_force": self.copies * self._vertical_force(self._tool_work),
-            "support_force": self.copies * comm.allreduce(support),
-            "weight": self.copies * self._weight,
-        }
+        row = self._tools() | self._supports(residual) | {"weight": self.copies * self._weight}
         if self.has_fibres:
             row |= self._volume_fractions(self.cells["volume_fraction"])
-        row["penetration_max"] = comm.allreduce(float((-self.tool_gap()).max(initial=0.0)), MPI.MAX)
-        row["gap_max"] = comm.allreduce(gap, MPI.MAX)
+        return row | self.contacts.observe()
+
+    def _tools(self) -> dict[str, float]:
+        row = {}
+        for number, tool in enumerate(self.problem.contacts.tools):
+            row[numbered("tool_displacement", number)] = tool.lowered()
+            row[numbered("tool_force", number)] = self.copies * float(tool.force()[2])
         return row
+
+    def _supports(self, residual: Floats) -> dict[str, float]:
+        problem = self.problem
+        support = problem.comm.allreduce(float(residual[problem.supports.vertical_dofs].sum()))
+        if problem.contacts.mould is not None:
+            support -= float(problem.contacts.mould.force()[2])
+        return {"support_force": self.copies * support}
 
     def _vertical_force(self, form: Any) -> float:
         """Sum of the nodal forces along z of a compiled residual term in N, of the modelled part; 0 for None."""
@@ -110,13 +109,6 @@ class Measures:
         vector.scatter_reverse(la.InsertMode.add)
         owned = 3 * self.problem.space.dofmap.index_map.size_local
         return float(self.problem.comm.allreduce(vector.array[2:owned:3].sum()))
-
-    def tool_gap(self) -> Floats:
-        """Signed distance of this rank's top nodes from the tool in m; empty without a tool."""
-        if self.problem.scene.tool is None:
-            return np.zeros(0)
-        self._heights.interpolate(self._tool_gap)
-        return self._heights.x.array[self._top]
 
     def _volume_fractions(self, vf: Floats) -> dict[str, float]:
         comm, stack = self.problem.comm, self.problem.stack

@@ -9,6 +9,7 @@ from typing import Any
 import dolfinx
 import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, hexahedra
 from ncf_fenicsx.gmsh_file import read_gmsh
@@ -27,21 +28,23 @@ class StackMesh:
         mesh: DOLFINx mesh; whole columns of cells stand on one rank, and there are no ghost cells.
         layer: layer of each local cell, 0 at the bottom.
         facet_tags: DOLFINx tags of the facets, numbered as in ``TAGS``.
-        interface_nodes: number of node pairs between layers over all ranks.
-        top: height of the undeformed stack's top in m.
+        open_interfaces: layers (0 at the bottom) that meet the next one without sharing nodes.
+        bottom: height of the undeformed stack's bottom in m.
+        top: height of its top in m.
         extent: largest of its extents along the axes in m.
     """
 
     mesh: Any
     layer: Integers
     facet_tags: Any
-    interface_nodes: int
+    open_interfaces: list[int]
+    bottom: float
     top: float
     extent: float
 
-    def facets(self, name: str) -> Integers:
-        """Local facets with a tag."""
-        return self.facet_tags.find(TAGS[name])
+    def facets(self, tag: int | str) -> Integers:
+        """Local facets with a tag, or its name."""
+        return self.facet_tags.find(TAGS[tag] if isinstance(tag, str) else tag)
 
 
 def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
@@ -59,7 +62,8 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         mesh=mesh,
         layer=stack.layer[origin],
         facet_tags=_facet_tags(mesh, stack.face_tags[origin]),
-        interface_nodes=_interface_nodes(stack),
+        open_interfaces=[k for k, way in enumerate(scene.interfaces) if not isinstance(way, Bonded)],
+        bottom=float(stack.points[:, 2].min()),
         top=float(stack.points[:, 2].max()),
         extent=float(np.ptp(stack.points, axis=0).max()),
     )
@@ -68,28 +72,34 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
 def stack_of(scene: Scene) -> Hexahedra:
     """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
     file = scene.stack.mesh
-    stack = _extruded(scene) if file is None else read_gmsh(Path(file), scene.stack.layers)
+    stack = _extruded(scene.stack, _focus(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
-    bonded = isinstance(scene.interface, Bonded)
-    stack = hexahedra.mark_interfaces(hexahedra.bond_layers(stack) if bonded else hexahedra.split_layers(stack))
+    bonded = [isinstance(way, Bonded) for way in scene.interfaces]
+    pack = np.cumsum([0, *(not shared for shared in bonded)])
+    together = hexahedra.bond_layers(stack) if any(bonded) else stack
+    stack = hexahedra.mark_interfaces(hexahedra.split_layers(together, pack), pack)
+    _check_interfaces(scene.stack, stack)
     _check_thickness(scene.stack, stack)
     if scene.laws.bending is not None:
         _check_mid_planes(scene.stack, stack)
     return stack
 
 
-def _extruded(scene: Scene) -> Hexahedra:
-    stack = scene.stack
-    focus = stack.focus or (scene.tool.position if scene.tool is not None else (0.0, 0.0))
-    x, y = (
-        hexahedra.graded(stack.divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)
-    )
+def _focus(scene: Scene) -> tuple[float, float]:
+    return scene.stack.focus or (scene.tool[0].position if scene.tool else (0.0, 0.0))
+
+
+def _extruded(stack: Stack, focus: tuple[float, float]) -> Hexahedra:
+    grids = [
+        [hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)]
+        for divisions in stack.divisions_by_layer
+    ]
     heights = [
         stack.thickness * np.linspace(number, number + 1, elements + 1)
         for number, elements in enumerate(stack.elements_through)
     ]
-    return hexahedra.extrude(x, y, heights)
+    return hexahedra.extrude(grids, heights)
 
 
 def _check_sides(settings: Stack, stack: Hexahedra) -> None:
@@ -99,13 +109,33 @@ def _check_sides(settings: Stack, stack: Hexahedra) -> None:
             raise SceneError(f"mesh: no facets named {name!r}; expected them, the scene holds or presses that face")
 
 
+def _check_interfaces(settings: Stack, stack: Hexahedra) -> None:
+    """Both faces of an interface have to cover the same part of the plane."""
+    for layer in range(settings.layers - 1):
+        areas = [
+            _plan_area(stack, stack.face_tags == tag)
+            for tag in (hexahedra.lower_tag(layer), hexahedra.upper_tag(layer))
+        ]
+        if abs(areas[0] - areas[1]) > 0.01 * max(areas):
+            raise SceneError(
+                f"mesh: layer {layer + 1} meets layer {layer + 2} with {1e6 * areas[0]:.4g} mm2 of facets without a "
+                f"tag, but that one with {1e6 * areas[1]:.4g} mm2; expected the same"
+            )
+
+
+def _plan_area(stack: Hexahedra, faces: NDArray[np.bool_]) -> float:
+    """Area in m2 that some of all cells' faces cover in plan."""
+    quads = stack.points[stack.cells[:, hexahedra.FACES].reshape(-1, 4)[faces.ravel()]]
+    return float(np.abs(np.cross(quads[:, 3] - quads[:, 0], quads[:, 2] - quads[:, 1])[:, 2]).sum() / 2)
+
+
 def _check_thickness(settings: Stack, stack: Hexahedra) -> None:
     """Vf0, weight and contact stiffness come from the scene's thickness: the mesh must have it, on a flat bottom."""
     quads = stack.points[stack.cells[:, hexahedra.FACES].reshape(-1, 4)]
     bottom = quads[(stack.face_tags == TAGS["bottom"]).ravel()]
     if np.ptp(bottom[:, :, 2]) > 1e-3 * settings.thickness:
         raise SceneError("mesh: the bottom is not flat; expected a stack on a plane at one height z")
-    area = np.abs(np.cross(bottom[:, 1] - bottom[:, 0], bottom[:, 2] - bottom[:, 0])[:, 2]).sum()
+    area = _plan_area(stack, stack.face_tags == TAGS["bottom"])
     volume = np.bincount(stack.layer, hexahedra.corner_volumes(stack).mean(axis=1), settings.layers)
     for layer, thickness in enumerate(volume / area):
         if abs(thickness / settings.thickness - 1) > 0.02:
@@ -136,9 +166,3 @@ def _facet_tags(mesh: Any, face_tags: Integers) -> Any:
     entities, first = np.unique(facets[tagged], return_index=True)
     values = face_tags[tagged][first].astype(np.int32)
     return dolfinx.mesh.meshtags(mesh, 2, entities.astype(np.int32), values)
-
-
-def _interface_nodes(stack: Hexahedra) -> int:
-    """Number of distinct nodes on the lower layers' faces at all interfaces."""
-    cell, face = np.nonzero(stack.face_tags == TAGS["lower"])
-    return len(np.unique(stack.cells[cell[:, None], hexahedra.FACES[face]]))

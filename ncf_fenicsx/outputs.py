@@ -83,19 +83,24 @@ class Results:
     def fields(self, time: float) -> None:
         """Write the committed fields for ParaView: one file, and the collection that lists all of them."""
         displacement = self.problem.displacement.x.array.reshape(-1, 3)[: self._owned]
-        point_data = gather_rows(self.comm, displacement)
+        nodes = {"displacement": displacement}
+        nodes |= {name: values[: self._owned] for name, values in self.measures.contacts.nodes.items()}
+        point_data = {name: gather_rows(self.comm, values) for name, values in nodes.items()}
         cell_data = {name: gather_rows(self.comm, values) for name, values in self.measures.cells.items()}
         on_root(self.comm, lambda: self._write_fields(time, point_data, cell_data))
 
     def _write_fields(
-        self, time: float, displacement: NDArray[np.float64] | None, cells: dict[str, NDArray[np.float64] | None]
+        self,
+        time: float,
+        nodes: dict[str, NDArray[np.float64] | None],
+        cells: dict[str, NDArray[np.float64] | None],
     ) -> None:
         assert self._cells is not None
         assert self._layer is not None
         name = f"fields/{len(self.snapshots):04d}.vtu"
         vtk = self._cells[:, VTK_TO_TENSOR]  # its own inverse
         data = {key: [value] for key, value in cells.items()} | {"layer": [self._layer + 1]}
-        mesh = meshio.Mesh(self._points, [("hexahedron", vtk)], {"displacement": displacement}, data)
+        mesh = meshio.Mesh(self._points, [("hexahedron", vtk)], nodes, data)
         mesh.write(self.folder / name)
         self.snapshots.append((time, name))
         entries = "".join(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>\n' for time, name in self.snapshots)

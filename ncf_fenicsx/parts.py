@@ -7,7 +7,7 @@ one class in a script or a test), and nothing else has to know of it.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
@@ -135,8 +135,34 @@ class Choice:
         """Table that `read` turns back into the same part."""
         return {"kind": part.kind, **part.model_dump(exclude_none=False)}
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
-        del source, handler
+    def schema(self) -> CoreSchema:
+        """Pydantic's view of one such part."""
         return core_schema.no_info_plain_validator_function(
             self.read, serialization=core_schema.plain_serializer_function_ser_schema(self.write)
+        )
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        del source, handler
+        return self.schema()
+
+
+@dataclass(frozen=True)
+class Choices(Choice):
+    """Pydantic annotation of parts in a tuple: one table, or a list of them."""
+
+    def read_all(self, value: object, read_list: Callable[[object], Any]) -> tuple[Part, ...]:
+        """The parts that a table or a list of tables name."""
+        return read_list(value) if isinstance(value, list | tuple) else (self.read(value),)
+
+    def write_all(self, parts: tuple[Part, ...]) -> dict[str, Any] | list[dict[str, Any]] | None:
+        """What `read_all` turns back into the same parts; None for none."""
+        tables = [self.write(part) for part in parts]
+        return tables[0] if len(tables) == 1 else tables or None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        del source, handler
+        return core_schema.no_info_wrap_validator_function(
+            self.read_all,
+            core_schema.tuple_schema([self.schema()], variadic_item_index=0),
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write_all),
         )

@@ -7,7 +7,6 @@ import numpy as np
 from ncf_fenicsx import hexahedra
 from ncf_fenicsx.mesh import stack_of
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene_stack import OneSided
 from ncf_fenicsx.stepping import StepControl
 
 MEMORY_OF_PROGRAM = 0.18
@@ -28,23 +27,25 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     """
     stack = stack_of(scene)
     unknowns = 3 * len(stack.points)
-    lower = np.count_nonzero(stack.face_tags == hexahedra.TAGS["lower"])
+    lowers = [hexahedra.lower_tag(layer) for layer in range(scene.stack.layers)]
+    facing = np.count_nonzero(np.isin(stack.face_tags, lowers))
     laws = scene.laws
     terms = [f"{law.family} ({law.kind})" for law in laws.chosen]
     if scene.gravity:
         terms.append("weight")
-    if scene.tool is not None:
-        terms.append(f"contact with a {scene.tool.kind}")
-    if isinstance(scene.interface, OneSided) and lower:
-        terms.append(f"contact of layers on {lower} facing facets")
+    terms += [f"contact with a {tool.kind} ({tool.contact.kind})" for tool in scene.tool]
+    if scene.mould is not None:
+        terms.append(f"contact with a mould, {scene.mould.kind} ({scene.mould.contact.kind})")
+    if facing:
+        terms.append(f"contact of layers on {facing} facing facets")
     lines = [
         f"mesh: {len(stack.cells)} hexahedra, {len(stack.points)} nodes, {scene.stack.layers} layers",
         f"residual: {'; '.join(terms)}",
         f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
         f"unknowns: {unknowns}",
         f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
-        "tangent: " + ("symmetric, LDL^T" if laws.symmetric else "not symmetric, LU"),
-        f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[laws.symmetric] * unknowns:.2g} GB",
+        "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
+        f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns:.2g} GB",
         f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
         *(f"caution: {caution}" for caution in scene.cautions),
     ]

@@ -11,16 +11,16 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, motion
-from ncf_fenicsx.contact import AT_NODES, penalty_work
+from ncf_fenicsx.body import Body
+from ncf_fenicsx.contacts import Contacts
 from ncf_fenicsx.fabric import Fabric
-from ncf_fenicsx.hexahedra import TAGS, place
-from ncf_fenicsx.interface import LayerContact, PairedContact, pair_nodes
+from ncf_fenicsx.faces import NodalSpaces
+from ncf_fenicsx.hexahedra import place
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.material import Clock, Material, Solid, Volumes
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene_stack import OneSided
-from ncf_fenicsx.states import States
+from ncf_fenicsx.states import States, at_corners, at_quadrature_points
 from ncf_fenicsx.supports import hold
 from ncf_fenicsx.symbols import FormSymbols
 
@@ -39,49 +39,72 @@ class Problem:
 
     Attributes:
         displacement: trial displacement in m, P1.
+        start: displacement in m at the start of the step, the committed one.
         last_iterate: displacement of the Newton iterate before; None unless the tangent extrapolates from it.
         material: the laws, with symbols for their parameters.
         states: committed state fields at quadrature points.
+        face_states: the same at the corners of cells; None unless a contact asks for the layer's own pressure there.
+        contacts: tools, mould and layers on each other.
         terms: named terms of the residual; their sum is what is solved.
         symmetric: whether the tangent is symmetric.
-        coupling: contact between layers; None where the scene has none.
-        tip: constant that holds the place of the tool's tip in m.
     """
 
     def __init__(self, scene: Scene, stack: StackMesh) -> None:
         self.scene, self.stack, self.mesh, self.comm = scene, stack, stack.mesh, stack.mesh.comm
-        self.length, self.symmetric = scene.stack.thickness, scene.laws.symmetric
+        self.length, self.symmetric = scene.stack.thickness, scene.symmetric
         self.space = fem.functionspace(self.mesh, ("Lagrange", 1, (3,)))
-        self.displacement = fem.Function(self.space)
+        self.displacement, self.start = fem.Function(self.space), fem.Function(self.space)
         extrapolates = scene.solver.tangent == "extrapolated" and scene.laws.solid is None
         self.last_iterate = fem.Function(self.space) if extrapolates else None
         self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         self.volumes = _volumes(self.mesh)
-        self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=stack.facet_tags)
         self.symbols = FormSymbols(self.mesh, stack.layer)
         self.clock = Clock(self.symbols(0.0), self.symbols(0.0), self.symbols(0.0))
-        self.tip = fem.Constant(self.mesh, np.zeros(3))
-        self.states = States(
-            self.mesh, QUADRATURE_DEGREE, scene.laws.initial_states(scene.stack.initial_volume_fraction)
-        )
-        self.material = self._bind_laws()
+        self.states = self._states(at_quadrature_points(self.mesh, QUADRATURE_DEGREE))
+        self.material = self._bind_laws(self.states)
         self.states.follow(self.material.updated_states(self.displacement))
-        self.supports = hold(self.space, stack, scene.stack.sides)
+        self.face_states: States | None = None
+        self.supports = hold(self.space, stack, scene)
+        kinematics = self.material.kinematics(self.displacement)
+        self.contacts = Contacts(scene, stack, self._body(), kinematics.area_vector)
         self.terms = self._terms()
         self.residual_form = compat.compile_form(sum(self.terms.values()))
         self.tangent_form = compat.compile_form(self._tangent())
-        self.coupling = self._layer_contact()
-        self._committed = self.displacement.x.array.copy()
-        self._velocity = np.zeros_like(self._committed)
-        self._segment = 0
+        self._velocity = np.zeros_like(self.start.x.array)
+        self._segments = self._segments_at(0.0)
         self._set_time(0.0, 0.0)
 
-    def _bind_laws(self) -> Material:
+    def _states(self, element: Any) -> States:
+        initial = self.scene.laws.initial_states(self.scene.stack.initial_volume_fraction)
+        return States(self.mesh, element, initial)
+
+    def _bind_laws(self, states: States) -> Material:
         laws, symbols = self.scene.laws, self.symbols
         if laws.solid is not None:
             return Solid(laws.solid.with_symbols(symbols))
         vf0 = symbols(self.scene.stack.initial_volume_fraction)
-        return Fabric(laws.with_symbols(symbols), vf0, self.clock, self.states.fields)
+        return Fabric(laws.with_symbols(symbols), vf0, self.clock, states.fields)
+
+    def _body(self) -> Body:
+        return Body(
+            spaces=NodalSpaces(self.space),
+            displacement=self.displacement,
+            start=self.start,
+            variation=self.variation,
+            symbols=self.symbols,
+            own_pressure=self._own_pressure,
+            natural_stiffness=self.scene.natural_stiffness,
+            thickness=self.scene.stack.thickness,
+        )
+
+    def _own_pressure(self) -> Expression:
+        """Pressure in Pa, per reference area, that the stress of a layer has on its faces, evaluated at corners."""
+        if self.face_states is None:
+            self.face_states = self._states(at_corners(self.mesh))
+            self._face_material = self._bind_laws(self.face_states)
+            self.face_states.follow(self._face_material.updated_states(self.displacement))
+        kinematics = self._face_material.kinematics(self.displacement)
+        return -self._face_material.normal_stress(kinematics) * kinematics.area_stretch
 
     def _terms(self) -> dict[str, ufl.Form]:
         scene, u, v = self.scene, self.displacement, self.variation
@@ -89,10 +112,7 @@ class Problem:
         if scene.gravity:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
             terms["gravity"] = self.symbols(weight) * v[2] * self.volumes.all
-        if scene.tool is not None:
-            penalty = self.symbols(scene.tool.penalty.resolve(self.scene.natural_stiffness))
-            terms["tool"] = penalty_work(self.tool_gap, penalty, u, v, self.ds(TAGS["top"]))
-        return terms
+        return terms | self.contacts.terms()
 
     def _tangent(self) -> ufl.Form:
         u, v, du = self.displacement, self.variation, self.increment
@@ -100,13 +120,6 @@ class Problem:
         if isinstance(self.material, Fabric) and self.last_iterate is not None:
             tangent += self.material.extrapolated_tangent(u, self.last_iterate, v, du, self.volumes)
         return tangent
-
-    @property
-    def tool_gap(self) -> Expression:
-        """Signed distance of current points from the tool in m."""
-        assert self.scene.tool is not None
-        tool = self.scene.tool.with_symbols(self.symbols)
-        return tool.signed_distance(ufl.SpatialCoordinate(self.mesh) + self.displacement - self.tip)
 
     @property
     def force_floor(self) -> float:
@@ -117,29 +130,26 @@ class Problem:
         face = (comm.allreduce(float(fem.assemble_scalar(one))) / cells) ** (2 / 3)
         return float(np.finfo(float).eps * self.scene.laws.stiffness * face * np.sqrt(cells))
 
-    def _layer_contact(self) -> LayerContact | None:
-        """Contact between separate layers; a bonded stack, or a single layer, has none."""
-        interface = self.scene.interface
-        if not isinstance(interface, OneSided) or self.scene.stack.layers == 1:
-            return None
-        nodes = pair_nodes(self.space, self.stack)
-        x = self.space.tabulate_dof_coordinates()
-        distance = x[nodes[:, 1]] - x[nodes[:, 0]]
-        distance[np.abs(distance) < 1e-6 * self.length] = 0.0  # round-off must not decide which pairs touch
-        pairs = PairedContact(
-            nodes, distance, interface.penalty.resolve(self.scene.natural_stiffness), interface.stitching
-        )
-        normal = self.material.kinematics(self.displacement).area_vector
-        face = self.ds(TAGS["lower"], metadata=AT_NODES)
-        return LayerContact(self.displacement, pairs, compat.compile_form(ufl.inner(normal, self.variation) * face))
+    def load(self, residual: Floats) -> float:
+        """Sum of the vertical forces in N that carry the fabric, which imbalance is measured against.
+
+        Args:
+            residual: out-of-balance forces in N of the owned dofs, reactions included.
+        """
+        carried = float(np.abs(residual[self.supports.vertical_dofs]).sum())
+        if self.contacts.mould is not None:
+            carried += float(np.abs(self.contacts.mould.nodal_forces()[:, 2]).sum())
+        return float(self.comm.allreduce(carried))
 
     def begin(self, time: float, size: float) -> None:
-        """Put the tool where it is after a step from ``time`` by ``size`` (s), and predict the displacement."""
+        """Put the tools where they are after a step from ``time`` by ``size`` (s), and predict the displacement."""
         if self.last_iterate is not None:
-            self.last_iterate.x.array[:] = self._committed
-        same_way = motion.segment_number(self.scene.path, time + size) == self._segment
-        self.displacement.x.array[:] = self._committed + (size * self._velocity if same_way else 0.0)
+            self.last_iterate.x.array[:] = self.start.x.array
+        same_way = self._segments_at(time + size) == self._segments
+        self.displacement.x.array[:] = self.start.x.array + (size * self._velocity if same_way else 0.0)
         self._set_time(time + size, size)
+        self.contacts.begin(time, size)
+        self.contacts.refresh()
 
     def defect(self) -> str | None:
         """Why the trial state is impossible, in words; None if it is possible."""
@@ -161,28 +171,33 @@ class Problem:
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""
         trial = self.displacement.x.array
-        self._velocity = (trial - self._committed) / size if size else np.zeros_like(trial)
-        self._committed = trial.copy()
+        self._velocity = (trial - self.start.x.array) / size if size else np.zeros_like(trial)
+        self.contacts.commit(self._time, size)
         self.states.commit()
-        if self.coupling is not None:
-            self.coupling.update_normals()
-        self._segment = motion.segment_number(self.scene.path, self._time)
+        if self.face_states is not None:
+            self.face_states.commit()
+        self.start.x.array[:] = trial
+        self.contacts.update()
+        self._segments = self._segments_at(self._time)
         self._set_time(self._time, 0.0)
 
     def rollback(self, time: float) -> None:
         """Return to the committed state at ``time`` (s), bit for bit."""
-        self.displacement.x.array[:] = self._committed
+        self.displacement.x.array[:] = self.start.x.array
+        self.contacts.rollback(time)
         self._set_time(time, 0.0)
 
+    def _segments_at(self, time: float) -> list[int]:
+        """Number of each tool's segment that ends at or after a time (s)."""
+        return [motion.segment_number(tool.path, time) for tool in self.scene.tool]
+
     def _set_time(self, time: float, size: float) -> None:
-        """Put the tool where it is at a time (s); tell the laws the size of the step that ends there, 0 at rest."""
+        """Tell the laws the size of the step (s) that ends at a time, 0 at rest, and how fast the tools close in."""
         self._time = time
         self.clock.time_step.value = size or FOREVER
         self.clock.inverse_time_step.value = 1 / size if size else 0.0
-        tool = self.scene.tool
-        if tool is not None:
-            self.tip.value[:] = tool.tip(self.stack.top, time)
-            self.clock.process_speed.value = motion.closing_speed(tool.path, time) if size else 0.0
+        speeds = [motion.closing_speed(tool.path, time) for tool in self.scene.tool] if size else []
+        self.clock.process_speed.value = max(speeds, key=abs, default=0.0)
 
 
 def _volumes(mesh: Any) -> Volumes:

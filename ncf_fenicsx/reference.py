@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_origin
 
 from pydantic.fields import FieldInfo
 
@@ -32,10 +32,9 @@ def _keys_of(table: type[Settings], prefix: str) -> Iterator[tuple[str, str, str
             yield f"{key}.kind", "", f'"{choice.default}"', f"{field.description}: {', '.join(known)}"
             for kind in known:
                 yield from _keys_of(kinds(choice.family)[kind], f"{key}({kind}).")
-        elif isinstance(field.annotation, type) and issubclass(field.annotation, Settings):
-            yield from _keys_of(field.annotation, key + ".")
         elif (entry := _entry_of(field)) is not None:
-            yield from _keys_of(entry, key + ".N.")
+            listed = get_origin(field.annotation) is tuple
+            yield from _keys_of(entry, f"{key}.N." if listed else f"{key}.")
         else:
             yield key, _unit(field), _default(field), field.description or ""
 
@@ -51,8 +50,8 @@ def _marks(field: FieldInfo) -> list[Any]:
 
 
 def _entry_of(field: FieldInfo) -> type[Settings] | None:
-    """Table that a field is a list of."""
-    items = getattr(field.annotation, "__args__", ())
+    """Table that a field is, or is a list of."""
+    items = (field.annotation, *getattr(field.annotation, "__args__", ()))
     return next((item for item in items if isinstance(item, type) and issubclass(item, Settings)), None)
 
 
@@ -65,6 +64,8 @@ def _unit(field: FieldInfo) -> str:
 
 
 def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
     default = field.get_default(call_default_factory=True)
     if default is None:
         return "none"

@@ -41,7 +41,7 @@ def draw_summary(folder: Path) -> Path:
     history = read_history(folder / "history.csv")
     mesh = meshio.read(sorted((folder / "fields").glob("*.vtu"))[-1])
     time, top = float(history["time"][-1]), float(mesh.points[:, 2].max())
-    tip = np.zeros(3) if scene.tool is None else scene.tool.tip(top, time)
+    tip = scene.tool[0].tip(top, time) if scene.tool else np.zeros(3)
     section = cut(mesh, tip[1])
     figure = Figure(figsize=(12, 7.5), layout="constrained")
     axes = figure.subplot_mosaic([["force", "profile"], ["section", "section"]], height_ratios=[1, 0.9])
@@ -115,8 +115,8 @@ def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip
     figure.colorbar(cells, ax=axes, label=_label(scene), shrink=0.9)
     x, _, z = tip
     top = quads[:, :, 1].max()
-    if scene.tool is not None:
-        axes.plot(*(MM * (scene.tool.section() + np.array([x, z]))).T, color="black", linewidth=1.5)
+    if scene.tool:
+        axes.plot(*(MM * (scene.tool[0].section() + np.array([x, z]))).T, color="black", linewidth=1.5)
     reach = 2.2 * scene.stack.layers * scene.stack.thickness
     low, high = max(x - reach, quads[:, :, 0].min()), min(x + reach, quads[:, :, 0].max())
     floor = quads[:, :, 1].min()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -12,9 +13,9 @@ import tomli_w
 from pydantic import PositiveInt, ValidationError, model_validator
 
 from ncf_fenicsx import motion
-from ncf_fenicsx.contracts import PermeabilityLaw, Tool, real
+from ncf_fenicsx.contracts import Mould, PermeabilityLaw, RigidSurface, Tool, real
 from ncf_fenicsx.motion import Segment
-from ncf_fenicsx.parts import Choice, Settings, impossible, parameter
+from ncf_fenicsx.parts import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
 from ncf_fenicsx.scene_laws import Laws
 from ncf_fenicsx.scene_stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
@@ -63,11 +64,14 @@ class Scene(Settings):
     title: str = parameter("untitled", min_length=1, description="name in pictures and reports")
     stack: Stack = parameter(Stack(), description="layers and mesh")
     laws: Laws = parameter({}, description="constitutive laws")
-    interface: Annotated[Bonded | OneSided, Choice("interface", "one_sided")] = parameter(
-        {}, description="how layers meet"
+    interface: Annotated[tuple[Bonded | OneSided, ...], Choices("interface", "one_sided")] = parameter(
+        {}, description="how layers meet, one for all or a list from the bottom up"
     )
-    tool: Annotated[Tool, Choice("tool", "cylinder")] | None = parameter(
-        None, description="rigid tool; none unless given"
+    tool: Annotated[tuple[Tool, ...], Choices("tool", "cylinder")] = parameter(
+        (), description="rigid tool, or a list of tools; none unless given"
+    )
+    mould: Annotated[Mould, Choice("mould", "cylinder")] | None = parameter(
+        None, description="rigid mould below the stack; a plane that holds its bottom down unless given"
     )
     duration: PositiveTime | None = parameter(
         None, description="duration of a scene without a tool; else its path gives it"
@@ -78,8 +82,22 @@ class Scene(Settings):
 
     @model_validator(mode="after")
     def _lasts_some_time(self) -> Self:
-        if (self.tool is None) == (self.duration is None):
+        if bool(self.tool) == (self.duration is not None):
             raise ValueError("expected either a [tool] with its path, or a duration")
+        return self
+
+    @model_validator(mode="after")
+    def _an_interface_for_each_pair(self) -> Self:
+        if len(self.interface) not in (1, self.stack.layers - 1):
+            expected = f"expected one table, or one for each of {self.stack.layers - 1} interfaces"
+            raise impossible("interface", f"{len(self.interface)} tables", expected)
+        return self
+
+    @model_validator(mode="after")
+    def _tools_can_roll(self) -> Self:
+        for number, tool in enumerate(self.tool):
+            if tool.axle is None and any(segment.roll for segment in tool.path):
+                raise impossible(f"tool.{number}.kind", tool.kind, "expected a tool that can roll, such as cylinder")
         return self
 
     @model_validator(mode="after")
@@ -100,7 +118,7 @@ class Scene(Settings):
     @property
     def natural_stiffness(self) -> float:
         """Stiffness of a layer in Pa/m, compaction tangent over thickness at the tool's highest speed."""
-        fastest = max((motion.closing_speed((segment,), 0.0) for segment in self.path), default=0.0)
+        fastest = max((motion.closing_speed((segment,), 0.0) for segment in self.segments), default=0.0)
         tangent = self.laws.compaction_tangent(self.stack.initial_volume_fraction, fastest)
         return tangent / self.stack.thickness
 
@@ -119,9 +137,33 @@ class Scene(Settings):
         return min(limits)
 
     @property
-    def path(self) -> tuple[Segment, ...]:
-        """Path of the tool; empty without one."""
-        return self.tool.path if self.tool is not None else ()
+    def interfaces(self) -> list[Bonded | OneSided]:
+        """How each layer meets the next, from the bottom up."""
+        return list(self.interface) * (self.stack.layers - 1 if len(self.interface) == 1 else 1)
+
+    @property
+    def rigid_surfaces(self) -> list[RigidSurface]:
+        """The tools, and the mould after them."""
+        return [*self.tool, *([self.mould] if self.mould is not None else [])]
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the tangent is symmetric: that of all laws and contacts."""
+        contacts: list[RigidSurface | OneSided] = [*self.rigid_surfaces]
+        contacts += [way for way in self.interfaces if isinstance(way, OneSided)]
+        return self.laws.symmetric and all(way.contact.symmetric and way.friction is None for way in contacts)
+
+    @property
+    def segments(self) -> list[Segment]:
+        """All pieces of all tools' paths."""
+        return [segment for tool in self.tool for segment in tool.path]
+
+    @property
+    def milestones(self) -> list[float]:
+        """Times in s that steps land on: the ends of all segments of all paths, or of the duration."""
+        ends = sorted(time for tool in self.tool for time in motion.milestones(tool.path))
+        apart = [time for time, after in pairwise([*ends, math.inf]) if after - time > 1e-9 * ends[-1]]
+        return apart or [float(self.duration or 0.0)]
 
     @classmethod
     def read(cls, path: str | Path, overrides: Iterable[str] = ()) -> Scene:

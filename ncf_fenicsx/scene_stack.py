@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, cast
 
 from pydantic import Field, PositiveInt, model_validator
 
-from ncf_fenicsx.parts import Part, Settings, parameter
-from ncf_fenicsx.units import ArealDensity, Density, Length, NonNegativeStiffness, Penalty, PositiveLength
+from ncf_fenicsx.contact import Enforcement, Friction
+from ncf_fenicsx.parts import Choice, Part, Settings, parameter
+from ncf_fenicsx.units import ArealDensity, Density, Length, Penalty, PositiveForce, PositiveLength
 
 GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
 Side = Literal["free", "fixed", "symmetry"]
 Grading = Annotated[float, Field(ge=0, lt=1)]
+
+
+Divisions = tuple[PositiveInt, PositiveInt]
 
 
 class Sides(Settings):
@@ -49,7 +53,9 @@ class Stack(Settings):
     )
     areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
     fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
-    divisions: tuple[PositiveInt, PositiveInt] = parameter((40, 24), description="elements along x and y")
+    divisions: Divisions | tuple[Divisions, ...] = parameter(
+        (40, 24), description="elements along x and y, or a pair for each layer"
+    )
     through: PositiveInt | tuple[PositiveInt, ...] = parameter(
         1, description="elements through each layer, one number or one a layer"
     )
@@ -71,7 +77,16 @@ class Stack(Settings):
             raise ValueError(f"the mesh file gives {', '.join(sorted(given))}; expected only one of both")
         if isinstance(self.through, tuple) and len(self.through) != self.layers:
             raise ValueError(f"through has {len(self.through)} numbers; expected one for each of {self.layers} layers")
+        if len(self.divisions_by_layer) != self.layers:
+            found = len(self.divisions_by_layer)
+            raise ValueError(f"divisions has {found} pairs; expected one for each of {self.layers} layers")
         return self
+
+    @property
+    def divisions_by_layer(self) -> list[Divisions]:
+        """Elements along x and y of each layer, from the bottom up."""
+        by_layer = isinstance(self.divisions[0], tuple)
+        return list(cast(Any, self.divisions if by_layer else [self.divisions] * self.layers))
 
     @property
     def initial_volume_fraction(self) -> float:
@@ -92,13 +107,44 @@ class Bonded(Part):
 
 
 class OneSided(Part):
-    """Neighbouring layers touch without friction and can open."""
+    """Neighbouring layers touch, slide and can open."""
 
     family = "interface"
     kind = "one_sided"
     penalty: Penalty = parameter(
         10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
     )
-    stitching: NonNegativeStiffness = parameter(
-        "0 Pa/m", description="stiffness of the stitching yarns against opening; 0 is none"
+    contact: Annotated[Enforcement, Choice("contact", "penalty")] = parameter({}, description="how it is enforced")
+    friction: Friction | None = parameter(None, description="Coulomb friction between the layers; none unless given")
+
+    @property
+    def opening_stiffness(self) -> float:
+        """Stiffness against opening in Pa/m."""
+        return 0.0
+
+    @property
+    def slip_stiffness(self) -> float:
+        """Stiffness against slip in Pa/m."""
+        return 0.0
+
+
+class Stitched(OneSided):
+    """Layers that touch, slide and open against the yarns that stitch them together, one for each pitch cell."""
+
+    kind = "stitched"
+    yarn_stiffness: PositiveForce = parameter("20 N", description="axial stiffness EA of a stitching yarn")
+    yarn_length: PositiveLength = parameter("4 mm", description="length of yarn that stretches when layers open")
+    pitch: tuple[PositiveLength, PositiveLength] = parameter(
+        ("5 mm", "5 mm"), description="distance of the stitches along x and y"
     )
+    slip_share: float = parameter(0.1, ge=0, description="stiffness of a stitch in slip over that in opening")
+
+    @property
+    def opening_stiffness(self) -> float:
+        """EA / (length * pitch * pitch) in Pa/m."""
+        return self.yarn_stiffness / (self.yarn_length * self.pitch[0] * self.pitch[1])
+
+    @property
+    def slip_stiffness(self) -> float:
+        """Share of the stiffness in opening, in Pa/m."""
+        return self.slip_share * self.opening_stiffness

@@ -13,7 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 import ncf_fenicsx
-from ncf_fenicsx import motion, solver
+from ncf_fenicsx import solver
 from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.outputs import Results, prepare_folder
@@ -64,7 +64,7 @@ class Simulation:
 
     def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool) -> None:
         self.scene, self.comm, self.phases = scene, comm, Phases()
-        self.milestones = path_milestones(scene)
+        self.milestones = scene.milestones
         self.progress = Progress(self.milestones[-1], comm)
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
@@ -97,7 +97,7 @@ class Simulation:
     def attempt(self, time: float, size: float) -> Outcome:
         """Try a step; one that fails leaves no trace."""
         self.problem.begin(time, size)
-        outcome = self.newton.solve()
+        outcome = self._solve()
         self.iterations += outcome.iterations
         defect = self.problem.defect() if outcome.converged else None
         if defect is not None:
@@ -106,13 +106,25 @@ class Simulation:
             self.problem.rollback(time)
         return outcome
 
+    def _solve(self) -> Outcome:
+        """Newton's method, again after each update of multipliers that a penetration above its tolerance asks for."""
+        outcome, updates = self.newton.solve(), 0
+        while outcome.converged and (augmented := self.problem.contacts.augment()) is not None:
+            penetration, most = augmented
+            updates += 1
+            if updates > most:
+                reason = f"penetration of {1e6 * penetration:.3g} um after {most} updates of the multipliers"
+                return Outcome(False, outcome.iterations, reason)
+            outcome = outcome.followed_by(self.newton.solve())
+        return outcome
+
     def accept(self, progress: March, size: float, outcome: solver.Outcome) -> None:
         """Commit a step, measure it and write it down."""
         with self.phases("output"):
             residual = self.newton.evaluate_residual()
-            self.measures.observe()
+            measured = self.measures.observe(residual)
             self.problem.commit(size)
-            row = self._row(progress, size, outcome, residual)
+            row = self._row(progress, size, outcome, measured)
             self.history.append(row)
             self.results.append(row)
             last = progress.time == self.milestones[-1]
@@ -131,19 +143,15 @@ class Simulation:
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 
-    def _row(self, progress: March, size: float, outcome: Outcome, residual: np.ndarray) -> dict[str, float]:
-        when = {
-            "time": progress.time,
-            "time_step": size,
-            "tool_displacement": -motion.displacement(self.scene.path, progress.time)[2],
-        }
+    def _row(self, progress: March, size: float, outcome: Outcome, measured: dict[str, float]) -> dict[str, float]:
+        when = {"time": progress.time, "time_step": size}
         cost = {
             "newton_iterations": outcome.iterations,
             "step_cuts": progress.cuts - self._cuts_before,
             "wall_time": self.phases.total,
         }
         self._cuts_before = progress.cuts
-        return when | self.measures.row(residual) | cost
+        return when | measured | cost
 
     def _record(self, ended: March, memory: float) -> dict[str, Any]:
         return {
@@ -166,14 +174,9 @@ class Simulation:
         }
 
 
-def path_milestones(scene: Scene) -> list[float]:
-    """Times in s that the steps of a scene land on."""
-    return motion.milestones(scene.path) if scene.tool is not None else [float(scene.duration or 0.0)]
-
-
 def step_control(scene: Scene) -> StepControl:
     """Step control of a scene, sizes that it does not name taken from its duration."""
-    settings, duration = scene.solver, path_milestones(scene)[-1]
+    settings, duration = scene.solver, scene.milestones[-1]
     first = settings.first_step or duration / 30
     return StepControl(
         first=first,

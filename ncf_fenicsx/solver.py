@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -16,29 +17,63 @@ from ncf_fenicsx.supports import Supports
 from ncf_fenicsx.timing import Phases
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int32]
+Integers = NDArray[np.int64]
 ADD, INSERT = PETSc.InsertMode.ADD, PETSc.InsertMode.INSERT
 FORWARD, REVERSE = PETSc.ScatterMode.FORWARD, PETSc.ScatterMode.REVERSE
 
 
-class Coupling(Protocol):
-    """Forces between pairs of nodes, beside the compiled forms.
+class Contacts(Protocol):
+    """Forces between nodes, beside the compiled forms, and unknown heights of tools.
 
     Attributes:
-        nodes: pairs of this rank's local nodes, shape (pairs, 2).
+        controls: equations of tools whose height is an unknown at some time.
     """
 
-    nodes: Integers
+    @property
+    def controls(self) -> Sequence[Control]: ...  # noqa: D102
 
-    def residual(self) -> Floats:
-        """Residual of the pairs in N, shape (pairs, 2, 3)."""
+    def refresh(self) -> None:
+        """Follow the present displacement."""
 
-    def tangent(self) -> Floats:
-        """Tangent of the pairs in N/m, shape (pairs, 6, 6)."""
+    def residual(self) -> Iterator[tuple[Integers, Floats]]:
+        """Global node numbers, and residuals in N of shape (nodes, 3)."""
+
+    def tangent(self) -> Iterator[tuple[Integers, Integers, Floats]]:
+        """Global node numbers of rows (n, a) and columns (n, b), and blocks in N/m of shape (n, 3 a, 3 b)."""
+
+    def links(self) -> Iterator[tuple[Integers, Integers]]:
+        """Global numbers of the nodes that the tangent couples, rows (n, a) and columns (n, b)."""
+
+
+class Control(Protocol):
+    """Equation of one tool's height."""
+
+    @property
+    def active(self) -> bool:
+        """Whether the height is an unknown of the step."""
+
+    @property
+    def target(self) -> float | None:
+        """Force in N that the tool has to carry; None if its height is given."""
+
+    def excess(self) -> float:
+        """Force on the tool above the target in N."""
+
+    def column(self) -> Floats:
+        """Derivative of the residual by the height in N/m, of the owned dofs."""
+
+    def row(self) -> Floats:
+        """Derivative of the force by the displacement in N/m, of the owned dofs."""
+
+    def stiffness(self) -> float:
+        """Derivative of the force by the height in N/m."""
+
+    def shift(self, height: float) -> None:
+        """Raise the tool by a height in m."""
 
 
 class System(Protocol):
-    """What is solved: compiled forms, constraints, and a coupling of nodes beside the forms.
+    """What is solved: compiled forms, constraints, and contacts beside the forms.
 
     Attributes:
         displacement: unknown field, three components a node.
@@ -46,7 +81,7 @@ class System(Protocol):
         residual_form: compiled linear form.
         tangent_form: compiled bilinear form.
         symmetric: whether the tangent is symmetric: LDL^T then, LU if not.
-        supports: homogeneous Dirichlet conditions; the reactions of their vertical dofs measure the load.
+        supports: homogeneous Dirichlet conditions.
         length: length in m that increments are measured against.
     """
 
@@ -63,8 +98,11 @@ class System(Protocol):
         """Norm of the forces in N that round-off leaves unbalanced."""
 
     @property
-    def coupling(self) -> Coupling | None:
-        """Couplings of nodes beside the forms, None on all ranks if there are none."""
+    def contacts(self) -> Contacts:
+        """Forces between nodes beside the forms, and controls."""
+
+    def load(self, residual: Floats) -> float:
+        """Forces in N that carry the body, given the residual in N of the owned dofs."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +118,10 @@ class Outcome:
     converged: bool
     iterations: int
     reason: str
+
+    def followed_by(self, later: Outcome) -> Outcome:
+        """This solve and one after it, as one."""
+        return Outcome(later.converged, self.iterations + later.iterations, later.reason)
 
 
 REASONS = {
@@ -113,19 +155,22 @@ class Newton:
     def __init__(self, system: System, settings: Settings, phases: Phases) -> None:
         self.system, self.settings, self.phases = system, settings, phases
         self.comm = system.displacement.function_space.mesh.comm
-        self.matrix = self._matrix()
         self.vector = fem_petsc.create_vector(system.residual_form)
         self.unknown = self.vector.duplicate()
         self.load = 0.0
         held = system.supports.dofs
         self._held = held[held < self.vector.getLocalSize()]
-        self._free_pairs = self._unheld(held)
+        self._free = self._unheld()
+        self._links: Integers = np.zeros(0, dtype=np.int64)
         self.floor = system.force_floor
         self.snes = self._snes()
+        self.matrix: Any = None
+        self._follow_links()
 
     def solve(self) -> Outcome:
         """Solve from the system's present displacement, which is a solution only if the outcome converged."""
         system = self.system
+        self._follow_links()
         self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
         with self.phases("solve"):
             self.snes.solve(None, self.unknown)
@@ -139,21 +184,30 @@ class Newton:
         """Out-of-balance forces in N of all owned dofs at the present displacement, reactions included."""
         return self._assemble_residual(self.vector).array_r.copy()
 
-    def _matrix(self) -> Any:
-        pattern = compat.sparsity_pattern(self.system.tangent_form)
-        if self.system.coupling is not None:
-            for pair in self.system.coupling.nodes:
-                pattern.insert(pair, pair)
-        pattern.finalize()
-        return compat.create_matrix(self.comm, pattern)
+    def _follow_links(self) -> None:
+        """A new matrix where contact couples nodes that its pattern does not: entries are added, never dropped."""
+        nodes = self.system.displacement.function_space.dofmap.index_map
+        pairs = [np.zeros(0, dtype=np.int64)]
+        for rows, columns in self.system.contacts.links():
+            pairs.append((rows[:, :, None] * nodes.size_global + columns[:, None, :]).ravel())
+        links = np.union1d(self._links, np.concatenate(pairs))
+        grown = self.comm.allreduce(len(links) > len(self._links))
+        if self.matrix is not None and not grown:
+            return
+        self._links = links
+        if self.matrix is not None:
+            self.matrix.destroy()
+        extra = np.stack(np.divmod(links, nodes.size_global), axis=1)
+        self.matrix = compat.create_matrix(self.system.displacement.function_space, extra)
+        self.snes.setJacobian(self._tangent, self.matrix)
 
-    def _unheld(self, held: Integers) -> NDArray[np.bool_]:
-        """Which entries of each pair's block concern no held dof, shape (pairs, 6, 6)."""
-        if self.system.coupling is None:
-            return np.zeros((0, 6, 6), dtype=bool)
-        dofs = (3 * self.system.coupling.nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
-        free = ~np.isin(dofs, held)
-        return free[:, :, None] & free[:, None, :]
+    def _unheld(self) -> NDArray[np.bool_]:
+        """Which dofs of the whole mesh are not held, by global node number, shape (nodes, 3); empty without links."""
+        index_map = self.system.displacement.function_space.dofmap.index_map
+        first = 3 * index_map.local_range[0]
+        free = np.ones(3 * index_map.size_global, dtype=bool)
+        free[np.concatenate(self.comm.allgather(first + self._held.astype(np.int64)))] = False
+        return free.reshape(-1, 3)
 
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.comm)
@@ -162,9 +216,8 @@ class Newton:
             PETSc.Options()[name] = value
         snes.setType("newtonls")
         snes.setFunction(self._residual, self.vector)
-        snes.setJacobian(self._tangent, self.matrix)
         snes.setConvergenceTest(self._test)
-        snes.setLineSearchPreCheck(self._cap)
+        snes.setLineSearchPreCheck(self._before_step)
         snes.setTolerances(max_it=self.settings.max_iterations)
         snes.getKSP().setType("preonly")
         snes.getKSP().getPC().setType("cholesky" if self.system.symmetric else "lu")
@@ -181,11 +234,12 @@ class Newton:
         system = self.system
         with b.localForm() as local:
             local.set(0.0)
+        system.contacts.refresh()
         fem_petsc.assemble_vector(b, system.residual_form)
-        if system.coupling is not None:
-            with b.localForm() as local:
-                np.add.at(local.array.reshape(-1, 3), system.coupling.nodes, system.coupling.residual())
         b.ghostUpdate(ADD, REVERSE)
+        for nodes, values in system.contacts.residual():
+            b.setValuesBlocked(nodes.astype(PETSc.IntType), values, ADD)
+        b.assemble()
         return b
 
     def _residual(self, snes: Any, x: Any, b: Any) -> None:
@@ -193,7 +247,7 @@ class Newton:
         with self.phases("assembly"):
             self._take(x)
             self._assemble_residual(b)
-            self.load = self.comm.allreduce(float(np.abs(b.array_r[self.system.supports.vertical_dofs]).sum()))
+            self.load = self.system.load(b.array_r)
             b.array[self._held] = x.array_r[self._held]
 
     def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
@@ -209,24 +263,50 @@ class Newton:
         """Tangent in N/m at the present displacement, rows and columns of held dofs those of the unit matrix."""
         A, system = self.matrix, self.system
         A.zeroEntries()
+        system.contacts.refresh()
         fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
-        if system.coupling is not None:
-            A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-            self._add_coupling(A, system.coupling)
+        A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+        for rows, columns, blocks in system.contacts.tangent():
+            free = [self._free[nodes].reshape(len(nodes), -1) for nodes in (rows, columns)]
+            unheld = blocks * free[0][:, :, None] * free[1][:, None, :]
+            A.setValuesBlockedRCV(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType), unheld, ADD)
         A.assemble()
         return A
 
-    def _add_coupling(self, A: Any, coupling: Coupling) -> None:
-        if len(coupling.nodes):
-            blocks = coupling.tangent() * self._free_pairs
-            A.setValuesBlockedLocalRCV(coupling.nodes, coupling.nodes, blocks, ADD)
-
-    def _cap(self, x: Any, step: Any) -> None:
+    def _before_step(self, x: Any, step: Any) -> None:
+        """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
         del x
-        largest = step.norm(PETSc.NormType.NORM_INFINITY)
-        cap = self.settings.increment_cap * self.system.length
-        if largest > cap:
-            step.scale(cap / largest)
+        controls = [control for control in self.system.contacts.controls if control.active]
+        heights = self._border(step, controls)
+        largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
+        scale = min(1.0, self.settings.increment_cap * self.system.length / largest) if largest else 1.0
+        step.scale(scale)
+        for control, height in zip(controls, heights, strict=True):
+            control.shift(-scale * height)
+
+    def _border(self, step: Any, controls: list[Control]) -> Floats:
+        """Heights h in m of the step that solves both K u + C h = r and R u + S h = e; u replaces K^-1 r in ``step``.
+
+        K is the tangent, whose factors are at hand, and C, R, S are the columns, rows and stiffnesses of the controls.
+        """
+        if not controls:
+            return np.zeros(0)
+        columns, rows = [], []
+        for control in controls:
+            column, row = step.duplicate(), step.duplicate()
+            column.array[:], row.array[:] = control.column(), control.row()
+            column.array[self._held] = row.array[self._held] = 0.0
+            solved = step.duplicate()
+            self.snes.getKSP().solve(column, solved)
+            columns.append(solved)
+            rows.append(row)
+        schur = -np.array([[row.dot(column) for column in columns] for row in rows])
+        schur += np.diag([control.stiffness() for control in controls])
+        excess = np.array([control.excess() - row.dot(step) for control, row in zip(controls, rows, strict=True)])
+        heights: Floats = np.linalg.lstsq(schur, excess, rcond=None)[0]
+        for column, height in zip(columns, heights, strict=True):
+            step.axpy(-height, column)
+        return heights
 
     def _test(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
         reasons = PETSc.SNES.ConvergedReason
@@ -238,12 +318,15 @@ class Newton:
         return reasons.DIVERGED_MAX_IT if iteration >= self.settings.max_iterations else reasons.ITERATING
 
     def _small(self, residual: float, increment: float) -> bool:
-        """Whether forces balance and the last increment (m) is small.
+        """Whether forces balance, those under control included, and the last increment (m) is small.
 
         Where round-off alone is above the force tolerance, the increment has to be smaller by as much as it takes for
         the next one, with quadratic convergence, to vanish in round-off too.
         """
         allowed = self.settings.increment_tolerance * self.system.length
+        for control in self.system.contacts.controls:
+            if control.target is not None and abs(control.excess()) > self.settings.force_tolerance * control.target:
+                return False
         if residual <= self.settings.force_tolerance * self.load:
             return increment <= allowed
         return residual <= self.floor and increment <= FLOOR_INCREMENT * allowed

@@ -16,21 +16,20 @@ Floats = NDArray[np.float64]
 
 
 class States:
-    """State fields at quadrature points.
+    """State fields at points of the cells.
 
     Args:
         mesh: DOLFINx mesh.
-        degree: quadrature degree of the forms they are used in.
+        element: Basix element whose points they stand at, see `at_quadrature_points` and `at_corners`.
         initial: names with their values at the start.
     """
 
-    def __init__(self, mesh: Any, degree: int, initial: dict[str, float]) -> None:
+    def __init__(self, mesh: Any, element: Any, initial: dict[str, float]) -> None:
         self.mesh = mesh
         self.fields: dict[str, Any] = {}
         self._updates: dict[str, Any] = {}
         self._cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
         if initial:
-            element = basix.ufl.quadrature_element(mesh.basix_cell(), degree=degree)
             self._space = fem.functionspace(mesh, element)
             self._points = compat.interpolation_points(self._space.element)
         for name, value in initial.items():
@@ -55,3 +54,13 @@ class States:
         """Undeformed places of the points in m, shape (cells, points, 3)."""
         x = compat.compile_expression(compat.coordinates(self.mesh), self._points)
         return np.asarray(x.eval(self.mesh, self._cells)).reshape(len(self._cells), -1, 3)
+
+
+def at_quadrature_points(mesh: Any, degree: int) -> Any:
+    """Element with a value at each quadrature point of a degree: for volumes."""
+    return basix.ufl.quadrature_element(mesh.basix_cell(), degree=degree)
+
+
+def at_corners(mesh: Any) -> Any:
+    """Element with a value at each corner of a cell: for faces, whose forms are evaluated there."""
+    return basix.ufl.element("Lagrange", mesh.basix_cell(), 1, discontinuous=True)

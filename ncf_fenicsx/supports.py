@@ -10,7 +10,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mesh import StackMesh
-from ncf_fenicsx.scene_stack import Sides
+from ncf_fenicsx.scene import Scene
 
 NORMAL_AXIS = {"x_min": 0, "x_max": 0, "y_min": 1, "y_max": 1}
 
@@ -22,7 +22,7 @@ class Supports:
     Attributes:
         conditions: DOLFINx conditions.
         dofs: all local dofs they hold, ghosts included.
-        vertical_dofs: owned dofs among them that act along z: their reactions carry the load.
+        vertical_dofs: owned dofs among them that act along z.
     """
 
     conditions: list[Any]
@@ -30,10 +30,10 @@ class Supports:
     vertical_dofs: NDArray[np.int32]
 
 
-def hold(space: Any, stack: StackMesh, sides: Sides) -> Supports:
-    """The bottom slides on a rigid plane; fixed sides do not move; symmetry planes are not crossed."""
-    held = [("bottom", 2)]
-    for name, side in sides:
+def hold(space: Any, stack: StackMesh, scene: Scene) -> Supports:
+    """Without a mould the bottom slides on a rigid plane; fixed sides do not move; symmetry planes are not crossed."""
+    held = [("bottom", 2)] if scene.mould is None else []
+    for name, side in scene.stack.sides:
         if side != "free":
             held += [(name, axis) for axis in range(3) if side == "fixed" or axis == NORMAL_AXIS[name]]
     conditions = [_condition(space, stack.facets(name), axis) for name, axis in held]

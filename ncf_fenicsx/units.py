@@ -117,15 +117,16 @@ class PenaltyField:
 
 Length = Annotated[float, Quantity("m", "a length", "2 mm")]
 PositiveLength = Annotated[float, Quantity("m", "a positive length", "2 mm", above=0)]
+NonNegativeLength = Annotated[float, Quantity("m", "a length of at least 0", "0.5 mm", least=0)]
 Clearance = Annotated[
     float, Quantity("m", "a length of at least 0 (else the tool starts in the stack)", "0 mm", least=0)
 ]
 WidthOrInfinite = Annotated[float | None, Quantity("m", "a positive width", "30 mm", above=0, infinite=True)]
+PositiveForce = Annotated[float, Quantity("N", "a positive force", "10 N", above=0)]
 PositiveTime = Annotated[float, Quantity("s", "a positive time", "0.5 s", above=0)]
 PositiveSpeed = Annotated[float, Quantity("m/s", "a positive speed", "1 mm/min", above=0)]
 Stress = Annotated[float, Quantity("Pa", "a stress", "10 kPa")]
 PositiveStress = Annotated[float, Quantity("Pa", "a positive stress", "242 GPa", above=0)]
-NonNegativeStiffness = Annotated[float, Quantity("Pa/m", "a stiffness per area of at least 0", "1e5 Pa/m", least=0)]
 ArealDensity = Annotated[float, Quantity("kg/m^2", "a positive areal density", "1425 g/m^2", above=0)]
 Density = Annotated[float, Quantity("kg/m^3", "a positive density", "1.79e6 g/m^3", above=0)]
 Acceleration = Annotated[float, Quantity("m/s^2", "an acceleration of at least 0", "9.81 m/s^2", least=0)]

@@ -55,7 +55,7 @@ def table():
             "divisions": [6, 2],
             "grading": [0.0, 0.0],
         },
-        "interface": {"kind": "one_sided", "stitching": "1e5 Pa/m"},
+        "interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.0},
         "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"}]},
         "output": {"picture": False},
     }

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, SceneError, hexahedra, run
 from ncf_fenicsx.gmsh_file import read_gmsh
-from ncf_fenicsx.hexahedra import TAGS, Hexahedra
+from ncf_fenicsx.hexahedra import TAGS, Hexahedra, lower_tag, upper_tag
 from ncf_fenicsx.mesh import build_mesh, stack_of
 
 COMM = MPI.COMM_WORLD
@@ -37,16 +37,18 @@ def test_volume_faces_and_pairs_of_an_extruded_stack(kind):
     ds = Measure("ds", domain=stack.mesh, subdomain_data=stack.facet_tags)
     one = fem.Constant(stack.mesh, 1.0)
 
-    def area(name):
-        return COMM.allreduce(fem.assemble_scalar(fem.form(one * ds(TAGS[name]))))
+    def area(tag):
+        return COMM.allreduce(fem.assemble_scalar(fem.form(one * ds(tag))))
 
     side, square = 0.076 * 0.008, 0.076**2
-    between = 3 * square if kind == "one_sided" else 0.0
     expected = {"bottom": square, "top": square, "x_min": side, "x_max": side, "y_min": side, "y_max": side}
-    expected |= {"lower": between, "upper": between, "sides": 0.0}
     for name, value in expected.items():
-        assert area(name) == pytest.approx(value, rel=1e-12), name
-    assert stack.interface_nodes == (3 * 6 * 5 if kind == "one_sided" else 0)
+        assert area(TAGS[name]) == pytest.approx(value, rel=1e-12), name
+    assert area(TAGS["sides"]) == 0
+    for layer in range(3):
+        for tag in (lower_tag(layer), upper_tag(layer)):
+            assert area(tag) == pytest.approx(square if kind == "one_sided" else 0.0, rel=1e-12)
+    assert stack.open_interfaces == ([0, 1, 2] if kind == "one_sided" else [])
     assert COMM.allreduce(np.bincount(stack.layer, minlength=4)) == pytest.approx([20, 40, 20, 20])
 
 
@@ -176,9 +178,10 @@ def test_cells_in_a_volume_that_is_no_layer_are_named(folder):
 
 def test_layers_that_share_nodes_are_split_and_separate_ones_bonded():
     shared = read_gmsh(SMALL, 2)
-    split = hexahedra.split_layers(shared)
+    split = hexahedra.split_layers(shared, np.array([0, 1]))
     bonded = hexahedra.bond_layers(split)
     assert len(split.points) == len(shared.points) + 7 * 3
     assert len(bonded.points) == len(shared.points)
-    assert np.bincount(hexahedra.mark_interfaces(split).face_tags.ravel())[TAGS["lower"]] == 12
+    marked = hexahedra.mark_interfaces(split, np.array([0, 1]))
+    assert np.bincount(marked.face_tags.ravel())[[lower_tag(0), upper_tag(0)]] == pytest.approx(12)
     assert isinstance(bonded, Hexahedra)

@@ -6,7 +6,7 @@ from ncf_fenicsx import Scene, motion
 
 
 def path(*segments):
-    return Scene.from_table({"tool": {"path": list(segments)}}).path
+    return Scene.from_table({"tool": {"path": list(segments)}}).segments
 
 
 PRESS = {"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}

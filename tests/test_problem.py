@@ -18,16 +18,18 @@ SUM = PETSc.Mat.InfoType.GLOBAL_SUM
 
 def test_a_scene_builds_only_what_it_names(table):
     problem, newton = build(table)
-    assert set(problem.terms) == {"internal", "gravity", "tool"}
+    assert set(problem.terms) == {"internal", "gravity", "tool", "interface"}
     assert set(problem.states.fields) == {"volume_fraction"}
-    pairs = COMM.allreduce(len(problem.coupling.nodes))
+    assert problem.face_states is None
+    pairs = len(problem.contacts.layers[0].pairing.masters)
     assert pairs == 7 * 3
     entries = newton.matrix.getInfo(SUM)["nz_allocated"]
 
     bare = {key: table[key] for key in ("stack",)} | {"duration": "1 s", "gravity": "0 m/s^2"}
     alone, _ = build(bare | {"interface": {"kind": "bonded"}})
     assert set(alone.terms) == {"internal"}
-    assert alone.coupling is None
+    assert not alone.contacts.layers
+    assert not alone.contacts.rigid
     assert alone.space.dofmap.index_map.size_global < problem.space.dofmap.index_map.size_global
 
     separate, newton_separate = build(bare | {"solver": {"tangent": "plain"}})
@@ -39,9 +41,28 @@ def test_a_scene_builds_only_what_it_names(table):
     assert entries - pattern == 2 * 9 * pairs
 
 
+@pytest.mark.parametrize(
+    ("ways", "memory", "face_states"),
+    [
+        ({}, [], False),
+        ({"contact": {"kind": "augmented_lagrangian"}}, ["multiplier"], False),
+        ({"friction": {"coefficient": 0.2}}, ["traction"], False),
+        ({"contact": {"kind": "nitsche"}}, [], True),
+    ],
+)
+def test_contact_keeps_only_what_its_ways_need(table, ways, memory, face_states):
+    table |= {"tool": table["tool"] | ways, "interface": {"kind": "one_sided"} | ways}
+    problem, _ = build(table)
+    assert list(problem.contacts.tools[0].memory.fields) == memory
+    assert list(problem.contacts.layers[0].memory.fields) == memory
+    assert (problem.face_states is not None) == face_states
+    assert problem.symmetric == (not face_states and "friction" not in ways)
+    assert not problem.contacts.controls
+
+
 def coefficients(problem):
-    """Fields that the residual is compiled with, beside the displacement."""
-    return len(sum(problem.terms.values()).coefficients()) - 1
+    """Fields that the laws are compiled with, beside the displacement."""
+    return len(problem.terms["internal"].coefficients()) - 1
 
 
 def rules(problem):
@@ -81,7 +102,13 @@ def state_of(problem):
     """Everything a step may change."""
     fields = [field.x.array.copy() for field in problem.states.fields.values()]
     clock = [float(value.value) for value in (problem.clock.time_step, problem.clock.process_speed)]
-    return [problem.displacement.x.array.copy(), *fields, problem.tip.value.copy(), clock, problem.coupling.gap()]
+    return [
+        problem.displacement.x.array.copy(),
+        *fields,
+        problem.contacts.tools[0].tip.value.copy(),
+        clock,
+        problem.contacts.layers[0].gaps(),
+    ]
 
 
 @pytest.mark.parametrize("laws", [{}, HISTORY], ids=["default", "with states"])
@@ -166,7 +193,7 @@ def test_the_normal_stress_is_that_of_the_whole_energy(table):
     F = np.array([[1.03, 0.01, 0.08], [0.0, 0.98, -0.05], [0.02, 0.01, 0.85]])
     assign(problem, lambda x: (F - np.eye(3)) @ x)
     measures = Measures(problem)
-    measures.observe()
+    measures.observe(np.zeros(3 * problem.contacts.body.spaces.owned))
     made = problem.scene.laws
 
     def energy(F):
@@ -214,12 +241,15 @@ def test_an_inverted_element_is_named(table):
 
 def test_closed_and_open_pairs_push_and_pull(table):
     """Layers pressed together by 1 um carry the penalty; pulled apart by 1 um only the stitching."""
-    table["interface"] = {"penalty": "1e9 Pa/m", "stitching": "1e5 Pa/m"}
+    table["interface"] = {"kind": "stitched", "penalty": "1e9 Pa/m", "yarn_stiffness": "0.01 N", "slip_share": 0.0}
     problem, _ = build(table)
     area = 12e-3 * 6e-3
+    upper = problem.space.tabulate_dof_coordinates()[:, 2] > 2.1e-3
+    layer = problem.contacts.layers[0]
+    above = np.isin(problem.contacts.body.spaces.numbers, layer.pairing.masters) | upper
     for lift, stiffness in ((-1e-6, 1e9), (1e-6, 1e5)):
         problem.displacement.x.array[:] = 0
-        upper = problem.coupling.nodes[:, 1]
-        problem.displacement.x.array.reshape(-1, 3)[upper, 2] = lift
-        force = COMM.allreduce(float(problem.coupling.residual()[:, 1, 2].sum()))
+        problem.displacement.x.array.reshape(-1, 3)[above, 2] = lift
+        layer.refresh()
+        force = COMM.allreduce(float(layer.residual()[1][:, 2].sum()))
         assert force == pytest.approx(stiffness * lift * area, rel=1e-12)

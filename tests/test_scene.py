@@ -218,16 +218,16 @@ def test_resolved_variants_read_back_to_the_same(table):
 def test_overrides_reach_into_tables_and_lists():
     scene = Scene.read(ROLLER, ["stack.layers=2", "tool.path.0.speed=5 mm/min", "interface.penalty=1e8 Pa/m"])
     assert scene.stack.layers == 2
-    assert scene.path[0].speed == pytest.approx(5e-3 / 60)
-    assert scene.interface.penalty.resolve(1.0) == 1e8
+    assert scene.segments[0].speed == pytest.approx(5e-3 / 60)
+    assert scene.interface[0].penalty.resolve(1.0) == 1e8
 
 
 def test_the_defaults_are_the_papers():
     scene = Scene.from_table({"tool": {}})
     assert scene.laws.in_plane.modulus == 242e9
     assert scene.stack.thickness * scene.stack.layers == pytest.approx(8e-3)
-    assert scene.tool.radius == pytest.approx(2.5e-3)
-    assert scene.path[0].duration == pytest.approx(30)
+    assert scene.tool[0].radius == pytest.approx(2.5e-3)
+    assert scene.segments[0].duration == pytest.approx(30)
 
 
 def test_the_scene_in_the_readme_is_the_demo():

@@ -40,7 +40,7 @@ def strained(table, laws, tangent="plain"):
     problem, newton = build(table)
     problem.begin(0.0, 12.0)
     problem.clock.time_step.value, problem.clock.inverse_time_step.value = 0.5, 2.0
-    problem.tip.value[2] = 3.6e-3  # deep enough to touch the bumps
+    problem.contacts.tools[0].tip.value[2] = 3.6e-3  # deep enough to touch the bumps
     assign(problem, bumpy)
     for name, field in problem.states.fields.items():
         if name.endswith("volume_fraction"):
@@ -98,10 +98,10 @@ def test_plain_tangent_is_the_derivative_of_the_residual(table, interface):
     table["tool"]["width"] = "7 mm"
     problem, newton = build(table)
     problem.begin(0.0, 12.0)
-    problem.tip.value[2] = 3.6e-3  # deep enough to touch the bumps
+    problem.contacts.tools[0].tip.value[2] = 3.6e-3  # deep enough to touch the bumps
     assign(problem, bumpy)
     if interface == "one_sided":
-        gaps = COMM.allgather(problem.coupling.gap())
+        gaps = COMM.allgather(problem.contacts.layers[0].gaps())
         assert np.concatenate(gaps).min() < 0 < np.concatenate(gaps).max()
     assert gradient_error(problem, newton, 1e-9) < 1e-6
 
@@ -157,8 +157,9 @@ def test_every_parameter_of_every_law_changes_the_tangent(table, name):
         {"laws": {"in_plane": {"modulus": "1 MPa"}, "compaction": {"beta2": 1.6}}},
         {"laws": {"in_plane": {"modulus": "1 MPa"}, "rate": {"alpha1": 0.5}}},
         {"laws": {"in_plane": {"modulus": "1 MPa"}, "shear": {"modulus": "1 MPa"}}},
-        {"interface": {"penalty": 20.0}},
-        {"interface": {"stitching": "1e8 Pa/m"}},
+        {"interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.0, "penalty": 20.0}},
+        {"interface": {"kind": "stitched", "yarn_stiffness": "10 N", "slip_share": 0.0}},
+        {"interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 100.0}},
         {"tool": {"width": "infinite", "penalty": 20.0}},
         {"tool": {"width": "infinite", "radius": "200 mm"}},
     ],
@@ -169,7 +170,7 @@ def test_every_parameter_changes_the_tangent(table, change):
     for made in (table, table | change):
         problem, newton = build(made)
         problem.begin(0.0, 12.0)
-        problem.tip.value[2] = 3.6e-3
+        problem.contacts.tools[0].tip.value[2] = 3.6e-3
         assign(problem, bumpy)
         norms.append(newton.assemble_tangent().norm())
     assert abs(norms[1] / norms[0] - 1) > 1e-7

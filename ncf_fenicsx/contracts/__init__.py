@@ -16,7 +16,7 @@ from ncf_fenicsx.contracts.compaction import (
 from ncf_fenicsx.contracts.elasticity import BendingLaw, HyperelasticInPlaneLaw, InPlaneLaw, ShearLaw, SolidLaw
 from ncf_fenicsx.contracts.law import Law, number, real
 from ncf_fenicsx.contracts.permeability import PermeabilityLaw
-from ncf_fenicsx.contracts.tool import Tool
+from ncf_fenicsx.contracts.tool import Mould, RigidSurface, Tool
 
 __all__ = [
     "BendingLaw",
@@ -25,9 +25,11 @@ __all__ = [
     "HyperelasticInPlaneLaw",
     "InPlaneLaw",
     "Law",
+    "Mould",
     "PermeabilityLaw",
     "RateLaw",
     "RelaxationLaw",
+    "RigidSurface",
     "ShearLaw",
     "SolidLaw",
     "StatefulLaw",

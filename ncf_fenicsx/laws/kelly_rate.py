@@ -52,7 +52,7 @@ class KellyRate(RateLaw):
 
     def check(self, scene: Any) -> None:
         """Raise where the factor is negative or beyond numbers, at rest, at v_ref or at a speed of the process."""
-        speeds = [motion.closing_speed((segment,), 0.0) for segment in scene.path if self.feed == "process"]
+        speeds = [motion.closing_speed((segment,), 0.0) for segment in scene.segments if self.feed == "process"]
         for speed in (0.0, self.v_ref, *speeds):
             factor = real(self.growth, speed)
             if not 0 < factor < math.inf:

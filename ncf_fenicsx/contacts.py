@@ -1,0 +1,156 @@
+"""All contacts of a scene together: tools and mould on the outer faces, layers on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+
+from ncf_fenicsx.body import Body
+from ncf_fenicsx.contact import AugmentedLagrangian
+from ncf_fenicsx.coupling_blocks import Blocks
+from ncf_fenicsx.faces import Face
+from ncf_fenicsx.force_control import ForceControl
+from ncf_fenicsx.hexahedra import TAGS, lower_tag
+from ncf_fenicsx.interface import LayerContact
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.mesh import StackMesh
+from ncf_fenicsx.pairing import Pairing
+from ncf_fenicsx.rigid_contact import RigidContact
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_stack import OneSided
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Contacts:
+    """What a scene's fabric may touch; only what the scene names is built.
+
+    Args:
+        scene: the case.
+        stack: its mesh.
+        body: its fabric.
+        area_vector: current normal of the layers times their area stretch.
+
+    Attributes:
+        tools: contacts with the tools, in the scene's order.
+        mould: contact with the mould; None without one.
+        layers: contacts between layers, equal interfaces together.
+        controls: equations of the tools whose path names a force.
+    """
+
+    def __init__(self, scene: Scene, stack: StackMesh, body: Body, area_vector: Expression) -> None:
+        self.body, tags, spaces = body, stack.facet_tags, body.spaces
+        top = Face(spaces, tags, (TAGS["top"],)) if scene.tool else None
+        self.tools = [RigidContact(tool, top, body, stack.top) for tool in scene.tool if top is not None]
+        self.mould: RigidContact | None = None
+        if scene.mould is not None:
+            self.mould = RigidContact(scene.mould, Face(spaces, tags, (TAGS["bottom"],)), body, stack.bottom)
+        self.layers: list[LayerContact] = []
+        for way, layers in _equal_interfaces(scene, stack):
+            face = Face(spaces, tags, tuple(lower_tag(layer) for layer in layers))
+            self.layers.append(LayerContact(way, face, Pairing(spaces, stack, layers), body, area_vector))
+        forced = [tool for tool in self.tools if tool.surface.under_force]
+        self.controls = [ForceControl(tool, scene.stack.sides.copies) for tool in forced]
+
+    @property
+    def rigid(self) -> list[RigidContact]:
+        """Contacts with tools and mould."""
+        return [*self.tools, *([self.mould] if self.mould is not None else [])]
+
+    def terms(self) -> dict[str, ufl.Form]:
+        """Virtual work (J) of each contact, by name."""
+        terms = {numbered("tool", number): tool.term for number, tool in enumerate(self.tools)}
+        if self.mould is not None:
+            terms["mould"] = self.mould.term
+        return terms | {numbered("interface", number): layer.term for number, layer in enumerate(self.layers)}
+
+    def begin(self, time: float, size: float) -> None:
+        """Put the tools where they are after a step from ``time`` by ``size`` (s)."""
+        for contact in self.rigid:
+            contact.begin(time, size)
+        for control in self.controls:
+            control.begin(time, size)
+            control.touch()
+
+    def refresh(self) -> None:
+        """Follow the present displacement."""
+        for layer in self.layers:
+            layer.refresh()
+
+    def commit(self, time: float, size: float) -> None:
+        """Accept the trial state at the end of a step of ``size`` (s), before the body's start moves on."""
+        for control in self.controls:
+            control.commit(time, size)
+        for contact in self.rigid:
+            contact.commit(time)
+        for layer in self.layers:
+            layer.commit()
+
+    def update(self) -> None:
+        """Pair layers anew, in the present configuration."""
+        for layer in self.layers:
+            layer.update()
+
+    def rollback(self, time: float) -> None:
+        """Return to the committed state at a time (s)."""
+        for contact in self.rigid:
+            contact.rollback(time)
+        for layer in self.layers:
+            layer.memory.rollback()
+            layer.refresh()
+
+    def augment(self) -> tuple[float, int] | None:
+        """Update the multipliers of contacts that penetrate too far.
+
+        Returns:
+            The deepest penetration among them in m, and the number of updates that the scene allows; None if all
+            contacts with multipliers hold their tolerance.
+        """
+        too_deep = []
+        contacts: list[RigidContact | LayerContact] = [*self.rigid, *self.layers]
+        for contact in contacts:
+            way = contact.enforcement
+            if isinstance(way, AugmentedLagrangian):
+                deepest = contact.deepest()
+                if deepest > way.tolerance * self.body.thickness:
+                    contact.memory.update("multiplier")
+                    too_deep.append((deepest, way.max_updates))
+        return max(too_deep, default=None)
+
+    def residual(self) -> Iterator[tuple[Integers, Floats]]:
+        """Forces in N that act beside the compiled forms: global node numbers, and values of shape (nodes, 3)."""
+        for layer in self.layers:
+            yield layer.residual()
+
+    def tangent(self) -> Iterator[Blocks]:
+        """Their derivatives."""
+        for layer in self.layers:
+            yield from layer.tangent()
+
+    def links(self) -> Iterator[tuple[Integers, Integers]]:
+        """Global numbers of the nodes that those couple, rows (n, a) and columns (n, b)."""
+        for layer in self.layers:
+            yield from layer.links()
+
+
+def numbered(name: str, number: int) -> str:
+    """Name of the first of several, of the second, ...: ``tool``, ``tool_2``."""
+    return name if number == 0 else f"{name}_{number + 1}"
+
+
+def _equal_interfaces(scene: Scene, stack: StackMesh) -> list[tuple[OneSided, list[int]]]:
+    """Interfaces that may open, equal ones together, with their lower layers."""
+    groups: list[tuple[OneSided, list[int]]] = []
+    for layer in stack.open_interfaces:
+        way = scene.interfaces[layer]
+        assert isinstance(way, OneSided)
+        known = next((layers for other, layers in groups if other == way), None)
+        if known is None:
+            groups.append((way, [layer]))
+        else:
+            known.append(layer)
+    return groups

@@ -1,0 +1,150 @@
+"""The fabric on one rigid surface, whichever it is: gap, virtual work, pose in time, forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from numpy.typing import NDArray
+
+from ncf_fenicsx import compat, motion
+from ncf_fenicsx.body import Body
+from ncf_fenicsx.contact import Touch, friction_traction, tangential
+from ncf_fenicsx.contracts import Mould, RigidSurface, Tool
+from ncf_fenicsx.faces import Face
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.memory import Memory
+
+Floats = NDArray[np.float64]
+
+
+class RigidContact:
+    """Contact of a face with a tool or a mould.
+
+    Args:
+        surface: the rigid surface.
+        face: of the fabric.
+        body: the fabric.
+        rest: height in m of the undeformed face.
+
+    Attributes:
+        term: virtual work of the contact (J), to be added to the residual.
+        tip: constant with the place of the surface's tip in m.
+        memory: multiplier and tangential traction at the nodes, where the scene names what keeps them.
+    """
+
+    def __init__(self, surface: RigidSurface, face: Face, body: Body, rest: float) -> None:
+        self.surface, self.face, self.body, self.rest = surface, face, body, rest
+        self.enforcement = surface.contact
+        zero = np.zeros(3)
+        mesh = body.spaces.mesh
+        self.tip, self._advance, self._turn = (fem.Constant(mesh, zero) for _ in range(3))
+        self.memory, self.heave, self._committed_heave = Memory(face), 0.0, 0.0
+        point = ufl.variable(body.place - self.tip)
+        self.gap = surface.with_symbols(body.symbols).signed_distance(point)
+        own = body.own_pressure() if surface.contact.uses_own_pressure else None
+        stiffness = body.symbols(surface.penalty.resolve(body.natural_stiffness))
+        multiplier = self.memory.scalar("multiplier") if surface.contact.keeps_multiplier else None
+        self.touch = Touch(self.gap, stiffness, multiplier, own)
+        self.pressure = surface.contact.pressure(self.touch)
+        if multiplier is not None:
+            self.memory.follow("multiplier", self.pressure)
+        self._normal = body.spaces.vector() if surface.friction is not None else None
+        self._normal_form = face.density(ufl.diff(self.gap, point)) if surface.friction is not None else None
+        self.term = self._work(point)
+        self.force_form = compat.compile_form(self.term)
+        self._gap_form = face.density(self.gap)
+        self._set_time(0.0, 0.0)
+
+    def _work(self, point: Expression) -> ufl.Form:
+        body = self.body
+        u, v = body.displacement, body.variation
+        own = self.touch.own_pressure
+        own_change = None if own is None else ufl.derivative(own, u, v)
+        work = self.surface.contact.work(self.touch, ufl.derivative(self.gap, u, v), own_change)
+        if self._normal is not None:
+            work -= ufl.dot(self._friction(point), v)
+        return work * self.face.measure
+
+    def _friction(self, point: Expression) -> Expression:
+        """Traction in Pa that drags the fabric along with the surface, across the normal at the start of the step."""
+        surface, symbols = self.surface, self.body.symbols
+        assert surface.friction is not None
+        axle = surface.axle if isinstance(surface, Tool) else None
+        arm = point - ufl.as_vector([0, 0, symbols(axle or 0.0)])
+        slip = self._advance + ufl.cross(self._turn, arm) - self.body.motion
+        stiffness = symbols(surface.friction.stiffness.resolve(self.body.natural_stiffness))
+        stuck = tangential(self.memory.vector("traction") + stiffness * slip, self._normal)
+        traction = friction_traction(stuck, self.pressure, symbols(surface.friction.coefficient))
+        self.memory.follow("traction", traction)
+        return traction
+
+    def begin(self, time: float, size: float) -> None:
+        """Put the surface where it is after a step from ``time`` by ``size`` (s)."""
+        self._set_time(time, time + size)
+        if self._normal is not None:
+            self._normal.x.array[:] = self.face.values(self._normal_form).ravel()
+
+    def commit(self, time: float) -> None:
+        """Accept the trial state at a time (s)."""
+        self.memory.commit()
+        self._committed_heave = self.heave
+        self._set_time(time, time)
+
+    def rollback(self, time: float) -> None:
+        """Return to the committed state at a time (s)."""
+        self.memory.rollback()
+        self.heave = self._committed_heave
+        self._set_time(time, time)
+
+    def shift(self, height: float) -> None:
+        """Raise the surface by a height (m) within the step."""
+        self.heave += height
+        self.tip.value[2] += height
+        self._advance.value[2] += height
+
+    def _set_time(self, before: float, now: float) -> None:
+        """Place the surface; tell friction how it moved since ``before`` (s)."""
+        surface = self.surface
+        if isinstance(surface, Mould):
+            self.tip.value[:] = surface.tip(self.rest)
+        if not isinstance(surface, Tool):
+            return
+        old, new = (surface.tip(self.rest, time) for time in (before, now))
+        heaved = np.array([0.0, 0.0, self.heave])
+        self.tip.value[:] = new + heaved
+        self._advance.value[:] = new - old + heaved - [0.0, 0.0, self._committed_heave]
+        if surface.axle is not None:
+            path = surface.path
+            x, y, _ = np.subtract(motion.rolled(path, now), motion.rolled(path, before)) / surface.axle
+            self._turn.value[:] = (-y, x, 0.0)
+
+    def lowered(self) -> float:
+        """How far the surface has moved down since the start in m."""
+        tool = self.surface
+        return float(tool.tip(self.rest, 0.0)[2] - self.tip.value[2]) if isinstance(tool, Tool) else 0.0
+
+    def gaps(self) -> Floats:
+        """Distance of the face's nodes from the surface in m; 0 off the face."""
+        return self.face.values(self._gap_form)
+
+    def lowest_gap(self) -> float:
+        """Smallest distance of a node from the surface on all ranks in m, negative in penetration."""
+        lowest = self.gaps()[self.face.owned()].min(initial=np.inf)
+        return float(min(self.body.spaces.mesh.comm.allgather(lowest)))
+
+    def deepest(self) -> float:
+        """Deepest penetration of a node on all ranks in m, at least 0."""
+        return max(-self.lowest_gap(), 0.0)
+
+    def nodal_forces(self) -> Floats:
+        """Forces of the fabric on the surface at this rank's owned nodes in N, shape (nodes, 3)."""
+        vector = fem.assemble_vector(self.force_form)
+        vector.scatter_reverse(la.InsertMode.add)
+        forces: Floats = vector.array.reshape(-1, 3)[: self.body.spaces.owned].copy()
+        return forces
+
+    def force(self) -> Floats:
+        """Force of the fabric on the surface in N, of the modelled part, on all ranks; shape (3,)."""
+        total: Floats = self.body.spaces.mesh.comm.allreduce(self.nodal_forces().sum(axis=0))
+        return total

@@ -1,0 +1,149 @@
+"""Lines along x and y over the nodes of a surface, and the wavelength along a line. Plain arrays only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import detrend
+from scipy.spatial import cKDTree
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+FLOOR = 1e-9
+"""Amplitude in m below which a line counts as flat."""
+BAND = 0.05
+"""Part of a line's amplitude that its deflection has to reach on the other side of its mean for a crossing to count."""
+PADDING = 8
+"""Length of the series that the spectrum is taken of, filled up with zeros, over that of the line."""
+NEIGHBOURS = 16
+"""Nodes that a value is fitted to where nodes form no grid; a quadratic has six coefficients."""
+REACH = 3.0
+"""Sum of the sizes of a fit's weights above which it extrapolates: up to about 2 on a surface, growing away from it."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Values on grid lines as weighted values of nodes.
+
+    Attributes:
+        x: grid coordinates in m.
+        y: grid coordinates in m.
+        nodes: nodes that a grid point takes its value from, shape (y, x, neighbours).
+        weights: their weights, nan off the surface, shape (y, x, neighbours).
+    """
+
+    x: Floats
+    y: Floats
+    nodes: Integers
+    weights: Floats
+
+    def values(self, nodal: Floats) -> Floats:
+        """Values at the grid points from those of the nodes, nan off the surface, shape (y, x)."""
+        return np.einsum("yxn,yxn->yx", self.weights, nodal[self.nodes])
+
+
+def grid_of(places: Floats) -> Grid:
+    """The grid that nodes form (its spacing may be graded), else a regular one over them of about as many points.
+
+    Args:
+        places: places of the nodes in plan in m, shape (nodes, 2).
+    """
+    return _grid(np.asarray(places, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=16)
+def _grid(places: bytes) -> Grid:
+    """Kept from call to call: undeformed places stay the same from step to step, and a fit takes a second."""
+    points = np.frombuffer(places).reshape(-1, 2)
+    tolerance = 1e-6 * float(np.ptp(points, axis=0).max())
+    (x, column), (y, row) = (_numbered(points[:, axis], tolerance) for axis in (0, 1))
+    place = row * len(x) + column
+    nodes = np.argsort(place)
+    if len(x) * len(y) == len(points) and np.array_equal(place[nodes], np.arange(len(points))):
+        shape = (len(y), len(x), 1)
+        return Grid(x, y, nodes.reshape(shape), np.ones(shape))
+    return _fitted_grid(points)
+
+
+def _numbered(coordinate: Floats, tolerance: float) -> tuple[Floats, Integers]:
+    """Distinct coordinates in m, ascending, and the number of each node's."""
+    order = np.argsort(coordinate)
+    number = np.zeros(len(order), dtype=np.int64)
+    number[order[1:]] = np.cumsum(np.diff(coordinate[order]) > tolerance)
+    return np.bincount(number, coordinate) / np.bincount(number), number
+
+
+def _fitted_grid(points: Floats) -> Grid:
+    """A regular grid of about as many points, with a quadratic fitted to the nodes around each of them.
+
+    Moving least squares: linear interpolation would not do, its second differences do not converge.
+    """
+    low, extent = points.min(axis=0), np.ptp(points, axis=0)
+    counts = np.rint(extent / math.sqrt(extent.prod() / len(points))).astype(int) + 1
+    x, y = (start + np.linspace(0.0, length, count) for start, length, count in zip(low, extent, counts, strict=True))
+    targets = np.stack(np.meshgrid(x, y), axis=-1)
+    distance, nodes = cKDTree(points).query(targets, min(NEIGHBOURS, len(points)))
+    radius = distance[..., -1:]
+    u, v = np.moveaxis((points[nodes] - targets[:, :, None]) / radius[..., None], -1, 0)
+    root = 1 - distance / radius  # of the weight, which falls to 0 at the last node: neighbours change smoothly
+    basis = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=-1)
+    weights = np.linalg.pinv(root[..., None] * basis, rcond=1e-6)[..., 0, :] * root
+    weights[np.abs(weights).sum(axis=-1) > REACH] = np.nan
+    return Grid(x, y, nodes, weights)
+
+
+def crossing_wavelength(position: Floats, deflection: Floats, floor: float = FLOOR) -> float:
+    """Twice the mean distance in m between successive crossings of a line with its mean; 0 with fewer than two.
+
+    Crossings are those of noise unless the deflection leaves a band about the mean on the other side.
+
+    Args:
+        position: places along the line in m, ascending, shape (points,).
+        deflection: height over the undeformed line in m, nan where unknown, shape (points,).
+        floor: a line with a smaller amplitude in m is flat.
+    """
+    known = np.isfinite(deflection)
+    s, w = position[known], deflection[known]
+    height = float(np.ptp(w)) / 2 if len(w) else 0.0
+    if height <= floor:
+        return 0.0
+    v = w - np.diff(s) @ (w[1:] + w[:-1]) / (2 * (s[-1] - s[0]))
+    above = v > 0
+    outside = np.flatnonzero(np.abs(v) > BAND * height)
+    arrivals = outside[1:][above[outside[1:]] != above[outside[:-1]]]
+    if len(arrivals) < 2:
+        return 0.0
+    changes = np.flatnonzero(above[1:] != above[:-1])
+    before = changes[np.searchsorted(changes, arrivals) - 1]  # of several changes within the band, the last one
+    zeros = s[before] + np.diff(s)[before] * v[before] / (v[before] - v[before + 1])
+    return 2 * float(zeros[-1] - zeros[0]) / (len(zeros) - 1)
+
+
+def spectral_wavelength(position: Floats, deflection: Floats, floor: float = FLOOR) -> float:
+    """Wavelength in m at the peak of a line's power spectrum (trend removed, Hann window); 0 without a peak.
+
+    The peak is that of a parabola through the logarithm of the power; waves longer than twice the line are no waves.
+
+    Args:
+        position: places along the line in m, ascending, shape (points,).
+        deflection: height over the undeformed line in m, shape (points,).
+        floor: a line with a smaller amplitude in m is flat.
+    """
+    points = 2 * len(position)
+    s = np.linspace(position[0], position[-1], points)
+    w = detrend(np.interp(s, position, deflection))
+    if np.ptp(w) / 2 <= floor:
+        return 0.0
+    power: Floats = np.abs(np.fft.rfft(w * np.hanning(points), PADDING * points)) ** 2
+    first = PADDING // 2
+    peak = first + int(np.argmax(power[first : PADDING * points // 4]))
+    before, at, after = np.log(power[peak - 1 : peak + 2])
+    if at < max(before, after):
+        return 0.0
+    shift = (before - after) / (2 * (before - 2 * at + after))
+    return float(PADDING * points * (s[1] - s[0]) / (peak + shift))

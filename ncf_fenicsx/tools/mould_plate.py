@@ -1,0 +1,23 @@
+"""Flat mould, larger than the stack."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.contracts import Mould
+from ncf_fenicsx.kinematics import Expression
+
+
+class PlateMould(Mould):
+    """Rigid horizontal plane without edges, from which the stack may lift off."""
+
+    kind = "plate"
+
+    def signed_distance(self, point: Expression) -> Expression:
+        """Height of the point over the plane in m."""
+        return point[2]
+
+    def section(self) -> NDArray[np.float64]:
+        """Straight line under any stack, in m, shape (points, 2)."""
+        return np.array([[-10.0, 0.0], [10.0, 0.0]])

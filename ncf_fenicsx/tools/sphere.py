@@ -1,0 +1,39 @@
+"""Sphere: a ball indenter."""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+
+from ncf_fenicsx.contracts import Tool
+from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.tools._outline import circle
+from ncf_fenicsx.units import PositiveLength
+
+
+class Sphere(Tool):
+    """Rigid sphere."""
+
+    kind = "sphere"
+    radius: PositiveLength = parameter("5 mm", description="radius of the sphere")
+
+    def signed_distance(self, point: Expression) -> Expression:
+        """Signed distance in m from the sphere."""
+        height = point[2] - self.radius
+        return ufl.sqrt(point[0] ** 2 + point[1] ** 2 + height**2) - self.radius
+
+    def section(self) -> NDArray[np.float64]:
+        """Circle, in m, shape (points, 2)."""
+        return circle(self.radius)
+
+    @property
+    def radii(self) -> tuple[float | None, float | None]:
+        """Radius of the sphere along x and along y in m."""
+        return self.radius, self.radius
+
+    @property
+    def axle(self) -> float | None:
+        """Height of the centre over the tip in m."""
+        return self.radius
