@@ -21,7 +21,7 @@ KPA = 1e-3
 def closed_form(scene: Scene, volume_fraction: np.ndarray) -> np.ndarray:
     """Pressure of the law in Pa at the scene's speed."""
     law, rate = scene.laws.compaction, scene.laws.rate
-    return rate.factor(scene.path[0].speed) * law.pressure(volume_fraction, scene.stack.initial_volume_fraction)
+    return rate.factor(scene.segments[0].speed) * law.pressure(volume_fraction, scene.stack.initial_volume_fraction)
 
 
 def main(folder: Path) -> float:
@@ -42,7 +42,9 @@ def main(folder: Path) -> float:
         (line,) = axes.plot(curve, KPA * closed_form(scene, curve), label=f"{speed} mm/min, closed form")
         axes.plot(vf, KPA * pressure, "o", color=line.get_color(), markersize=4, label=f"{speed} mm/min, computed")
         at_60 = KPA * float(closed_form(scene, np.array(0.60)))
-        as_printed = KPA * float(scene.laws.rate.factor(scene.path[0].speed) * scene.laws.compaction.as_printed(0.60))
+        as_printed = KPA * float(
+            scene.laws.rate.factor(scene.segments[0].speed) * scene.laws.compaction.as_printed(0.60)
+        )
         lines.append(f"{speed} mm/min: {at_60:.2f} kPa at Vf 0.60, of which {as_printed:.2f} before the shift")
     if MPI.COMM_WORLD.rank == 0:
         axes.legend()

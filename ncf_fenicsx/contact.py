@@ -31,12 +31,21 @@ class Touch:
         stiffness: penalty in Pa/m.
         multiplier: contact pressure of the last update in Pa; None unless the enforcement keeps one.
         own_pressure: pressure in Pa that the layer's own stress has on its face; None unless the enforcement asks.
+        kept: 1 where contact is kept whatever the gap, else 0; None where it never is.
     """
 
     gap: Expression
     stiffness: Expression
     multiplier: Expression = None
     own_pressure: Expression = None
+    kept: Expression = None
+
+    def pushed(self, pressure: Expression) -> Expression:
+        """A pressure (Pa) where it pushes or contact is kept, else 0; faces that just touch are in contact."""
+        closed = ufl.ge(pressure, -self.stiffness * TOUCHING)
+        if self.kept is not None:
+            closed = ufl.Or(closed, ufl.gt(self.kept, 0.5))
+        return ufl.conditional(closed, pressure, 0)
 
 
 class Enforcement(Part):
@@ -53,7 +62,7 @@ class Enforcement(Part):
 
     @abstractmethod
     def pressure(self, touch: Touch) -> Expression:
-        """Contact pressure in Pa, at least 0."""
+        """Contact pressure in Pa, at least 0 unless contact is kept."""
 
     def work(self, touch: Touch, gap_change: Expression, own_pressure_change: Expression) -> Expression:
         """Virtual work (J/m2) for changes of the gap (m) and of the layer's own pressure (Pa)."""
@@ -68,7 +77,7 @@ class PenaltyContact(Enforcement):
 
     def pressure(self, touch: Touch) -> Expression:
         """K max(-g, 0) in Pa."""
-        return ufl.conditional(ufl.le(touch.gap, TOUCHING), -touch.stiffness * touch.gap, 0)
+        return touch.pushed(-touch.stiffness * touch.gap)
 
 
 class NitscheContact(Enforcement):
@@ -95,7 +104,7 @@ class NitscheContact(Enforcement):
 
     def pressure(self, touch: Touch) -> Expression:
         """max(p_n - k g, 0) in Pa."""
-        return ufl.max_value(touch.own_pressure - touch.stiffness * touch.gap, 0)
+        return touch.pushed(touch.own_pressure - touch.stiffness * touch.gap)
 
     def work(self, touch: Touch, gap_change: Expression, own_pressure_change: Expression) -> Expression:
         """-p dg + theta/k (p - p_n) dp_n in J/m2."""
@@ -118,9 +127,8 @@ class AugmentedLagrangian(Enforcement):
     max_updates: PositiveInt = parameter(20, description="updates within a step at which it is cut")
 
     def pressure(self, touch: Touch) -> Expression:
-        """max(lambda - k g, 0) in Pa; a gap of nothing counts as closed."""
-        closed = touch.multiplier - touch.stiffness * touch.gap
-        return ufl.conditional(ufl.ge(closed, -touch.stiffness * TOUCHING), closed, 0)
+        """max(lambda - k g, 0) in Pa."""
+        return touch.pushed(touch.multiplier - touch.stiffness * touch.gap)
 
 
 class Friction(Settings):
@@ -140,7 +148,7 @@ def friction_traction(stuck: Expression, pressure: Expression, coefficient: Expr
         pressure: contact pressure in Pa.
         coefficient: mu.
     """
-    limit, size = coefficient * pressure, ufl.sqrt(ufl.dot(stuck, stuck))
+    limit, size = coefficient * ufl.max_value(pressure, 0), ufl.sqrt(ufl.dot(stuck, stuck))
     return ufl.conditional(ufl.gt(size, limit), limit / size, 1) * stuck
 
 

@@ -61,6 +61,11 @@ class Contacts:
         """Contacts with tools and mould."""
         return [*self.tools, *([self.mould] if self.mould is not None else [])]
 
+    @property
+    def all(self) -> list[RigidContact | LayerContact]:
+        """All contacts."""
+        return [*self.rigid, *self.layers]
+
     def terms(self) -> dict[str, ufl.Form]:
         """Virtual work (J) of each contact, by name."""
         terms = {numbered("tool", number): tool.term for number, tool in enumerate(self.tools)}
@@ -70,11 +75,18 @@ class Contacts:
 
     def begin(self, time: float, size: float) -> None:
         """Put the tools where they are after a step from ``time`` by ``size`` (s)."""
-        for contact in self.rigid:
-            contact.begin(time, size)
+        for surface in self.rigid:
+            surface.begin(time, size)
         for control in self.controls:
             control.begin(time, size)
             control.touch()
+        for surface in self.rigid:
+            surface.grip.hold()
+
+    def release(self) -> None:
+        """Let contact go by the gap alone, after the first linear solve of a step."""
+        for surface in self.rigid:
+            surface.grip.release()
 
     def refresh(self) -> None:
         """Follow the present displacement."""
@@ -85,8 +97,9 @@ class Contacts:
         """Accept the trial state at the end of a step of ``size`` (s), before the body's start moves on."""
         for control in self.controls:
             control.commit(time, size)
-        for contact in self.rigid:
-            contact.commit(time)
+        for surface in self.rigid:
+            surface.grip.note()
+            surface.commit(time)
         for layer in self.layers:
             layer.commit()
 
@@ -97,8 +110,9 @@ class Contacts:
 
     def rollback(self, time: float) -> None:
         """Return to the committed state at a time (s)."""
-        for contact in self.rigid:
-            contact.rollback(time)
+        self.release()
+        for surface in self.rigid:
+            surface.rollback(time)
         for layer in self.layers:
             layer.memory.rollback()
             layer.refresh()
@@ -111,8 +125,7 @@ class Contacts:
             contacts with multipliers hold their tolerance.
         """
         too_deep = []
-        contacts: list[RigidContact | LayerContact] = [*self.rigid, *self.layers]
-        for contact in contacts:
+        for contact in self.all:
             way = contact.enforcement
             if isinstance(way, AugmentedLagrangian):
                 deepest = contact.deepest()

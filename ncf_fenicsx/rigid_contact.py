@@ -12,6 +12,7 @@ from ncf_fenicsx.body import Body
 from ncf_fenicsx.contact import Touch, friction_traction, tangential
 from ncf_fenicsx.contracts import Mould, RigidSurface, Tool
 from ncf_fenicsx.faces import Face
+from ncf_fenicsx.grip import Grip
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.memory import Memory
 
@@ -30,6 +31,7 @@ class RigidContact:
     Attributes:
         term: virtual work of the contact (J), to be added to the residual.
         tip: constant with the place of the surface's tip in m.
+        grip: where contact is kept for the first linear solve of a step.
         memory: multiplier and tangential traction at the nodes, where the scene names what keeps them.
     """
 
@@ -45,8 +47,10 @@ class RigidContact:
         own = body.own_pressure() if surface.contact.uses_own_pressure else None
         stiffness = body.symbols(surface.penalty.resolve(body.natural_stiffness))
         multiplier = self.memory.scalar("multiplier") if surface.contact.keeps_multiplier else None
-        self.touch = Touch(self.gap, stiffness, multiplier, own)
+        self.grip = Grip(face)
+        self.touch = Touch(self.gap, stiffness, multiplier, own, self.grip.kept)
         self.pressure = surface.contact.pressure(self.touch)
+        self.grip.follow(self.pressure)
         if multiplier is not None:
             self.memory.follow("multiplier", self.pressure)
         self._normal = body.spaces.vector() if surface.friction is not None else None

@@ -35,6 +35,9 @@ class Contacts(Protocol):
     def refresh(self) -> None:
         """Follow the present displacement."""
 
+    def release(self) -> None:
+        """Keep nothing in contact any more that the first linear solve of a step did."""
+
     def residual(self) -> Iterator[tuple[Integers, Floats]]:
         """Global node numbers, and residuals in N of shape (nodes, 3)."""
 
@@ -173,12 +176,23 @@ class Newton:
         self._follow_links()
         self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
         with self.phases("solve"):
-            self.snes.solve(None, self.unknown)
+            reason = self._run()
         self._take(self.unknown)
-        reason = self.snes.getConvergedReason()
         words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
         unbalanced = f"{words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
         return Outcome(reason > 0, self.snes.getIterationNumber(), unbalanced)
+
+    def _run(self) -> int:
+        """Run SNES; its reason."""
+        singular = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        try:
+            self.snes.solve(None, self.unknown)
+            reason: int = self.snes.getConvergedReason()
+        except PETSc.Error:  # MUMPS, on all ranks alike, asked to solve with factors that it could not finish
+            reason = singular
+        if reason == singular:
+            self.snes.getKSP().reset()  # else PETSc never factorises again after a failure
+        return reason
 
     def evaluate_residual(self) -> Floats:
         """Out-of-balance forces in N of all owned dofs at the present displacement, reactions included."""
@@ -196,6 +210,7 @@ class Newton:
             return
         self._links = links
         if self.matrix is not None:
+            self.snes.getKSP().reset()  # the factors are those of the old pattern
             self.matrix.destroy()
         extra = np.stack(np.divmod(links, nodes.size_global), axis=1)
         self.matrix = compat.create_matrix(self.system.displacement.function_space, extra)
@@ -276,6 +291,7 @@ class Newton:
     def _before_step(self, x: Any, step: Any) -> None:
         """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
         del x
+        self.system.contacts.release()
         controls = [control for control in self.system.contacts.controls if control.active]
         heights = self._border(step, controls)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))

@@ -1,0 +1,44 @@
+"""Contact kept where it was, for the first linear solve of a step.
+
+Penetrations are a thousand times smaller than what a tool moves in a step. Judged by the gap right after that motion,
+all of a contact would open at once, and the first linear solve would let the pressed stack spring back. So that solve
+keeps the nodes in contact that were so at the end of the last step; all after it go by the gap.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ncf_fenicsx.faces import Face
+from ncf_fenicsx.kinematics import Expression
+
+
+class Grip:
+    """Where contact is kept.
+
+    Args:
+        face: whose nodes they are.
+
+    Attributes:
+        kept: field, 1 where contact is kept, 0 elsewhere.
+    """
+
+    def __init__(self, face: Face) -> None:
+        self.face, self.kept = face, face.spaces.scalar()
+        self._closed = np.zeros_like(self.kept.x.array)
+
+    def follow(self, pressure: Expression) -> None:
+        """Take the contact pressure in Pa."""
+        self._pressure = self.face.density(pressure)
+
+    def note(self) -> None:
+        """Remember which nodes are in contact now."""
+        self._closed = np.where(self.face.values(self._pressure) > 0, 1.0, 0.0)
+
+    def hold(self) -> None:
+        """Keep those."""
+        self.kept.x.array[:] = self._closed
+
+    def release(self) -> None:
+        """Keep none: contact goes by the gap."""
+        self.kept.x.array[:] = 0.0
