@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contacts import numbered
 from ncf_fenicsx.faces import Face, SharedFace
 from ncf_fenicsx.interface import LayerContact
 from ncf_fenicsx.mirror import WholeFace
 from ncf_fenicsx.pairing import Interface
+from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.rigid_contact import RigidContact
 from ncf_fenicsx.surfaces import contact_extent, voids, wrinkles

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -18,8 +19,10 @@ from ncf_fenicsx.interface import LayerContact
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.pairing import Pairing
+from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.rigid_contact import RigidContact
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.scene_stack import OneSided
 
 Floats = NDArray[np.float64]
@@ -68,9 +71,7 @@ class Contacts:
 
     def terms(self) -> dict[str, ufl.Form]:
         """Virtual work (J) of each contact, by name."""
-        terms = {numbered("tool", number): tool.term for number, tool in enumerate(self.tools)}
-        if self.mould is not None:
-            terms["mould"] = self.mould.term
+        terms = {name: contact.term for name, contact in zip(self.names, self.rigid, strict=True)}
         return terms | {numbered("interface", number): layer.term for number, layer in enumerate(self.layers)}
 
     def begin(self, time: float, size: float) -> None:
@@ -107,6 +108,26 @@ class Contacts:
         """Pair layers anew, in the present configuration."""
         for layer in self.layers:
             layer.update()
+
+    def check_start(self) -> None:
+        """Raise a SceneError that says how far to raise a tool, or to lower a mould, that starts in the stack."""
+        for name, contact in zip(self.names, self.rigid, strict=True):
+            depth = contact.depth_at_start()
+            if depth > 0:
+                given, enough = (
+                    1e3 * contact.surface.clearance,
+                    math.ceil(1e7 * (contact.surface.clearance + depth)) / 1e4,
+                )
+                raise SceneError(
+                    f"{name}.clearance = {given:.6g} mm: it starts {1e3 * depth:.4g} mm inside the stack; "
+                    f"expected at least {enough:.6g} mm"
+                )
+
+    @property
+    def names(self) -> list[str]:
+        """Names of tools and mould, as scene files and columns have them."""
+        names = [numbered("tool", number) for number in range(len(self.tools))]
+        return names + ["mould"] * (self.mould is not None)
 
     def rollback(self, time: float) -> None:
         """Return to the committed state at a time (s)."""
@@ -148,11 +169,6 @@ class Contacts:
         """Global numbers of the nodes that those couple, rows (n, a) and columns (n, b)."""
         for layer in self.layers:
             yield from layer.links()
-
-
-def numbered(name: str, number: int) -> str:
-    """Name of the first of several, of the second, ...: ``tool``, ``tool_2``."""
-    return name if number == 0 else f"{name}_{number + 1}"
 
 
 def _equal_interfaces(scene: Scene, stack: StackMesh) -> list[tuple[OneSided, list[int]]]:

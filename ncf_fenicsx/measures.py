@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
 from ncf_fenicsx.contact_measures import INTERFACE_COLUMNS, RIGID_COLUMNS, ContactMeasures
-from ncf_fenicsx.contacts import numbered
+from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.problem import Problem
 
 Floats = NDArray[np.float64]

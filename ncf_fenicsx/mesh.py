@@ -15,6 +15,7 @@ from ncf_fenicsx import compat, hexahedra
 from ncf_fenicsx.gmsh_file import read_gmsh
 from ncf_fenicsx.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.parallel import on_root
+from ncf_fenicsx.placement import placement_cautions
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.scene_stack import Bonded, Stack
@@ -32,6 +33,7 @@ class StackMesh:
         bottom: height of the undeformed stack's bottom in m.
         top: height of its top in m.
         extent: largest of its extents along the axes in m.
+        cautions: what is doubtful about where the tools are.
     """
 
     mesh: Any
@@ -41,6 +43,7 @@ class StackMesh:
     bottom: float
     top: float
     extent: float
+    cautions: list[str]
 
     def facets(self, tag: int | str) -> Integers:
         """Local facets with a tag, or its name."""
@@ -66,6 +69,7 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         bottom=float(stack.points[:, 2].min()),
         top=float(stack.points[:, 2].max()),
         extent=float(np.ptp(stack.points, axis=0).max()),
+        cautions=placement_cautions(scene, stack),
     )
 
 

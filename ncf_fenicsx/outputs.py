@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +21,28 @@ from ncf_fenicsx.scene_errors import SceneError
 FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png")
 
 
-def prepare_folder(folder: Path, overwrite: bool) -> None:
-    """Make the folder for results.
+def check_folder(folder: Path, overwrite: bool) -> None:
+    """Whether a folder can take results; nothing is written yet.
 
     Raises:
         SceneError: it holds results already and may not be overwritten, or cannot be written to.
     """
     if folder.exists() and not folder.is_dir():
         raise SceneError(f"{folder}: is a file; expected a folder for the results")
+    if folder.exists() and any(folder.iterdir()) and not overwrite:
+        raise SceneError(f"{folder}: holds results already; name another folder with --out, or allow --overwrite")
+    above = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        raise SceneError(f"{folder}: cannot be written to; expected a folder that can")
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make the folder for results, without those of an older run.
+
+    Raises:
+        SceneError: it cannot be written to.
+    """
     try:
-        if folder.exists() and any(folder.iterdir()) and not overwrite:
-            raise SceneError(f"{folder}: holds results already; name another folder with --out, or allow --overwrite")
         (folder / "fields").mkdir(parents=True, exist_ok=True)
         for old in [*(folder / "fields").glob("*.vtu"), *(folder / name for name in FILES)]:
             old.unlink(missing_ok=True)

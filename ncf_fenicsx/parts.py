@@ -166,3 +166,8 @@ class Choices(Choice):
             core_schema.tuple_schema([self.schema()], variadic_item_index=0),
             serialization=core_schema.plain_serializer_function_ser_schema(self.write_all),
         )
+
+
+def numbered(name: str, number: int) -> str:
+    """Name of the first of several, of the second, ...: ``tool``, ``tool_2``."""
+    return name if number == 0 else f"{name}_{number + 1}"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from mpi4py import MPI
 
 from ncf_fenicsx import hexahedra
-from ncf_fenicsx.mesh import stack_of
+from ncf_fenicsx.mesh import build_mesh, stack_of
+from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.stepping import StepControl
 
@@ -23,9 +25,11 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         duration: of its path in s.
 
     Raises:
-        SceneError: its mesh is not valid.
+        SceneError: its mesh is not valid, or a tool starts in the stack.
     """
-    stack = stack_of(scene)
+    stack, mesh = stack_of(scene), build_mesh(scene, MPI.COMM_SELF)
+    if scene.rigid_surfaces:
+        Problem(scene, mesh).contacts.check_start()
     unknowns = 3 * len(stack.points)
     lowers = [hexahedra.lower_tag(layer) for layer in range(scene.stack.layers)]
     facing = np.count_nonzero(np.isin(stack.face_tags, lowers))
@@ -47,6 +51,6 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
         f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns:.2g} GB",
         f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
-        *(f"caution: {caution}" for caution in scene.cautions),
+        *(f"caution: {caution}" for caution in (*scene.cautions, *mesh.cautions)),
     ]
     return "\n".join(lines)

@@ -47,6 +47,7 @@ class Problem:
         contacts: tools, mould and layers on each other.
         terms: named terms of the residual; their sum is what is solved.
         symmetric: whether the tangent is symmetric.
+        weight_share: constant, the share of its weight that the stack carries while it settles; 1 after.
     """
 
     def __init__(self, scene: Scene, stack: StackMesh) -> None:
@@ -59,6 +60,7 @@ class Problem:
         self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         self.volumes = _volumes(self.mesh)
         self.symbols = FormSymbols(self.mesh, stack.layer)
+        self.weight_share = self.symbols(1.0)
         self.clock = Clock(self.symbols(0.0), self.symbols(0.0), self.symbols(0.0))
         self.states = self._states(at_quadrature_points(self.mesh, QUADRATURE_DEGREE))
         self.material = self._bind_laws(self.states)
@@ -111,7 +113,7 @@ class Problem:
         terms = {"internal": self.material.internal_work(u, v, self.volumes)}
         if scene.gravity:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
-            terms["gravity"] = self.symbols(weight) * v[2] * self.volumes.all
+            terms["gravity"] = self.symbols(weight) * self.weight_share * v[2] * self.volumes.all
         return terms | self.contacts.terms()
 
     def _tangent(self) -> ufl.Form:

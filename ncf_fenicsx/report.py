@@ -1,54 +1,49 @@
-"""One picture of a run, drawn from its results folder: force, Vf through the thickness, the deformed section."""
+"""One picture of a run, drawn from its results folder: force, Vf through the thickness, voids, deformed sections."""
 
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import meshio
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.sections import KPA, MM, Section, cut, draw_section, label_of_values
 
 Floats = NDArray[np.float64]
-MM, KPA = 1e3, 1e-3
 
-
-@dataclass(frozen=True)
-class Section:
-    """Cells cut by the plane across the stack at the tool's y.
-
-    Attributes:
-        quads: deformed corners in the x-z plane in m, shape (cells, 4, 2).
-        places: undeformed centres of the quads in m, shape (cells, 2).
-        values: Vf of each cell, or the stress across it in kPa in a solid, which has no Vf.
-    """
-
-    quads: Floats
-    places: Floats
-    values: Floats
+MOST_SECTIONS = 3
 
 
 def draw_summary(folder: Path) -> Path:
     """Draw ``summary.png`` of a results folder."""
     scene = Scene.from_table(tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8")))
     history = read_history(folder / "history.csv")
-    mesh = meshio.read(sorted((folder / "fields").glob("*.vtu"))[-1])
-    time, top = float(history["time"][-1]), float(mesh.points[:, 2].max())
-    tip = scene.tool[0].tip(top, time) if scene.tool else np.zeros(3)
-    section = cut(mesh, tip[1])
-    figure = Figure(figsize=(12, 7.5), layout="constrained")
-    axes = figure.subplot_mosaic([["force", "profile"], ["section", "section"]], height_ratios=[1, 0.9])
-    figure.suptitle(f"{scene.title}: {time:.4g} s")
-    _draw_force(axes["force"], history)
-    _draw_profile(axes["profile"], section, tip[0], scene)
-    _draw_section(figure, axes["section"], section, scene, tip)
+    snapshots = _shown(scene, read_snapshots(folder))
+    meshes = [meshio.read(folder / file) for _, file in snapshots]
+    tips = [_tips(scene, history, meshes[0], time) for time, _ in snapshots]
+    y = tips[0][0][1] if scene.tool else 0.0
+    sections = [cut(mesh, y) for mesh in meshes]
+    figure = Figure(figsize=(13, 4.0 + 2.6 * len(sections)), layout="constrained")
+    layout: list[Any] = [["force", "profile", "contact"], *([f"section {n}"] * 3 for n in range(len(sections)))]
+    axes = figure.subplot_mosaic(layout, height_ratios=[1.25, *[1.0] * len(sections)])
+    figure.suptitle(scene.title)
+    _draw_force(axes["force"], history, scene)
+    _draw_profile(axes["profile"], sections, snapshots, tips, scene)
+    _draw_contact(axes["contact"], history, scene)
+    limits = min(s.values.min() for s in sections), max(s.values.max() for s in sections)
+    for number, (section, (time, _)) in enumerate(zip(sections, snapshots, strict=True)):
+        here = axes[f"section {number}"]
+        cells = draw_section(here, section, scene, tips[number], limits)
+        here.set_title(f"Deformed section at {time:.4g} s, to scale")
+        figure.colorbar(cells, ax=here, label=label_of_values(scene), shrink=0.9)
     FigureCanvasAgg(figure).print_png(folder / "summary.png")
     return folder / "summary.png"
 
@@ -58,68 +53,77 @@ def read_history(path: Path) -> Any:
     return np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True))
 
 
-def cut(mesh: meshio.Mesh, y: float) -> Section:
-    """Cells of a field file whose undeformed y range holds ``y`` (m), by their faces at the lowest y."""
-    cells = mesh.cells_dict["hexahedron"]
-    corners = mesh.points[cells][:, :, 1]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    y = min(max(y, low.min()), high.max() - 1e-9 * np.ptp(corners))
-    held = np.flatnonzero((low <= y + 1e-12) & (y < high - 1e-12))
-    front = np.take_along_axis(cells[held], np.argsort(corners[held], axis=1, kind="stable")[:, :4], axis=1)
-    flat = mesh.points[front][:, :, [0, 2]]
-    around = flat - flat.mean(axis=1, keepdims=True)
-    order = np.argsort(np.arctan2(around[:, :, 1], around[:, :, 0]), axis=1)
-    nodes = np.take_along_axis(front, order, axis=1)
-    deformed = (mesh.points + mesh.point_data["displacement"])[nodes][:, :, [0, 2]]
-    fields = mesh.cell_data_dict
-    name, scale = ("volume_fraction", 1.0) if "volume_fraction" in fields else ("stress_33", KPA)
-    return Section(deformed, flat.mean(axis=1), scale * fields[name]["hexahedron"][held])
+def read_snapshots(folder: Path) -> list[tuple[float, str]]:
+    """Times in s and names of the field files of a results folder."""
+    entries = ElementTree.parse(folder / "fields.pvd").getroot().iter("DataSet")
+    return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]
 
 
-def _draw_force(axes: Any, history: Any) -> None:
-    axes.plot(MM * history["tool_displacement"], history["tool_force"], "o-", markersize=3)
-    axes.set(xlabel="tool displacement (mm)", ylabel="tool force (N)", title="Force on the tool (whole specimen)")
+def _shown(scene: Scene, snapshots: list[tuple[float, str]]) -> list[tuple[float, str]]:
+    """The snapshots at the ends of the path's pieces, the last ones if there are many."""
+    times = np.array([time for time, _ in snapshots])
+    wanted = [time for time in scene.milestones if time < times[-1]] + [float(times[-1])]
+    nearest = sorted({int(np.abs(times - time).argmin()) for time in wanted})
+    return [snapshots[number] for number in nearest[-MOST_SECTIONS:]]
+
+
+def _tips(scene: Scene, history: Any, mesh: meshio.Mesh, time: float) -> list[Floats]:
+    """Places in m of the tips of tools and mould; the heights of tools as the run found them."""
+    top, bottom = float(mesh.points[:, 2].max()), float(mesh.points[:, 2].min())
+    tips = []
+    for number, tool in enumerate(scene.tool):
+        tip = tool.tip(top, time)
+        lowered = np.interp(time, history["time"], history[numbered("tool_displacement", number)])
+        tips.append(np.array([tip[0], tip[1], tool.tip(top, 0.0)[2] - lowered]))
+    return tips + ([scene.mould.tip(bottom)] if scene.mould is not None else [])
+
+
+def _abscissa(history: Any, scene: Scene) -> tuple[Floats, str]:
+    """What curves are drawn over: how far a tool has gone down, or time where it does more than that."""
+    if len(scene.segments) == 1:
+        return MM * history["tool_displacement"], "tool displacement (mm)"
+    return history["time"], "time (s)"
+
+
+def _draw_force(axes: Any, history: Any, scene: Scene) -> None:
+    over, label = _abscissa(history, scene)
+    for number in range(len(scene.tool)):
+        axes.plot(over, history[numbered("tool_force", number)], "o-", markersize=3, label=f"tool {number + 1}")
+    if len(scene.tool) > 1:
+        axes.legend()
+    axes.set(xlabel=label, ylabel="tool force (N)", title="Force on the tool (whole specimen)")
     axes.grid(alpha=0.3)
 
 
-def _draw_profile(axes: Any, section: Section, x: float, scene: Scene) -> None:
-    """Vf, or stress, over height in the column of cells nearest to the tool's tip."""
-    middle = section.quads.mean(axis=1)
-    distance = np.abs(section.places[:, 0] - x)
-    column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.places[:, 0]) + 1e-12)
-    column = column[np.argsort(middle[column, 1])]
-    for cell in column:
-        low, high = section.quads[cell][:, 1].min(), section.quads[cell][:, 1].max()
-        axes.plot([section.values[cell]] * 2, [MM * low, MM * high], "-", color="C3", linewidth=3)
-    axes.plot(section.values[column], MM * middle[column, 1], "o", color="C3", markersize=4)
+def _draw_profile(
+    axes: Any, sections: list[Section], snapshots: list[tuple[float, str]], tips: list[list[Floats]], scene: Scene
+) -> None:
+    """Vf, or stress, over height in the column of cells that were under the first tool's tip."""
+    for number, (section, (time, _)) in enumerate(zip(sections, snapshots, strict=True)):
+        middle = section.quads.mean(axis=1)
+        distance = np.abs(section.places[:, 0] - (tips[-1][0][0] if scene.tool else 0.0))
+        column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.places[:, 0]) + 1e-12)
+        column = column[np.argsort(middle[column, 1])]
+        axes.plot(section.values[column], MM * middle[column, 1], "o-", color=f"C{number}", label=f"{time:.4g} s")
     if scene.laws.solid is None:
         axes.axvline(scene.stack.initial_volume_fraction, color="grey", linestyle=":", label="undeformed")
-        axes.legend(loc="lower right")
-    axes.set(xlabel=_label(scene), ylabel="height (mm)", title="Through the stack under the tool")
+    axes.legend()
+    axes.set(xlabel=label_of_values(scene), ylabel="height (mm)", title="Through the stack under the tool")
     axes.grid(alpha=0.3)
 
 
-def _label(scene: Scene) -> str:
-    return "fibre volume fraction" if scene.laws.solid is None else "stress across the layers (kPa)"
-
-
-def _draw_section(figure: Figure, axes: Any, section: Section, scene: Scene, tip: Floats) -> None:
-    quads, values = section.quads, section.values
-    if scene.stack.sides.x_min == "symmetry":
-        left = quads[:, :, 0].min()
-        mirrored = quads * [-1, 1] + [2 * left, 0]
-        quads, values = np.concatenate([mirrored, quads]), np.concatenate([values, values])
-    cells = PolyCollection(list(MM * quads), array=values, cmap="viridis", edgecolors="0.6", linewidths=0.4)
-    cells.set_snap(False)
-    axes.add_collection(cells)
-    figure.colorbar(cells, ax=axes, label=_label(scene), shrink=0.9)
-    x, _, z = tip
-    top = quads[:, :, 1].max()
-    if scene.tool:
-        axes.plot(*(MM * (scene.tool[0].section() + np.array([x, z]))).T, color="black", linewidth=1.5)
-    reach = 2.2 * scene.stack.layers * scene.stack.thickness
-    low, high = max(x - reach, quads[:, :, 0].min()), min(x + reach, quads[:, :, 0].max())
-    floor = quads[:, :, 1].min()
-    axes.set(xlim=(MM * low, MM * high), ylim=(MM * floor - 0.3, MM * (1.12 * max(top, z) - 0.12 * floor)))
-    axes.set_aspect("equal")
-    axes.set(xlabel="x (mm)", ylabel="height (mm)", title="Deformed section under the tool, to scale")
+def _draw_contact(axes: Any, history: Any, scene: Scene) -> None:
+    """Openings between the layers, and the pressure under the first tool."""
+    over, label = _abscissa(history, scene)
+    for layer in range(1, scene.stack.layers):
+        if f"gap_max_{layer}" in history.dtype.names:
+            axes.plot(
+                over, MM * history[f"gap_max_{layer}"], "o-", markersize=3, label=f"layers {layer} and {layer + 1}"
+            )
+    if axes.lines:
+        axes.legend()
+        axes.set(xlabel=label, ylabel="widest opening (mm)", title="Voids between the layers")
+    elif "pressure_max" in history.dtype.names:
+        axes.plot(over, KPA * history["pressure_max"], "o-", markersize=3)
+        axes.set(xlabel=label, ylabel="largest contact pressure (kPa)", title="Pressure under the tool")
+    axes.grid(alpha=0.3)

@@ -123,6 +123,19 @@ class RigidContact:
             x, y, _ = np.subtract(motion.rolled(path, now), motion.rolled(path, before)) / surface.axle
             self._turn.value[:] = (-y, x, 0.0)
 
+    def depth_at_start(self) -> float:
+        """How far (m) the surface would have to move away along z, for the undeformed fabric to be free of it."""
+        away, tip = (1.0 if isinstance(self.surface, Tool) else -1.0), self.tip.value.copy()
+        moved, tolerance = 0.0, 1e-6 * self.body.thickness
+        for _ in range(100):  # a distance is no longer than that along z: each move is short of the last, if at all
+            depth = -self.lowest_gap()
+            if depth <= tolerance:
+                break
+            moved += depth
+            self.tip.value[2] = tip[2] + away * moved
+        self.tip.value[:] = tip
+        return moved
+
     def lowered(self) -> float:
         """How far the surface has moved down since the start in m."""
         tool = self.surface

@@ -16,7 +16,7 @@ import ncf_fenicsx
 from ncf_fenicsx import solver
 from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.outputs import Results, prepare_folder
+from ncf_fenicsx.outputs import Results, check_folder, prepare_folder
 from ncf_fenicsx.parallel import on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
@@ -25,6 +25,11 @@ from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.solver import Newton, Outcome
 from ncf_fenicsx.stepping import Ending, March, StepControl, march
 from ncf_fenicsx.timing import Phases
+
+SETTLING = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25, target_iterations=10, max_steps=200)
+"""Shares of the weight, in place of time, for a stack that settles."""
+SETTLING_PATIENCE = 4
+"""Layers that bend by their weight part from each other row by row of nodes, one in each of Newton's iterations."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +73,16 @@ class Simulation:
         self.progress = Progress(self.milestones[-1], comm)
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
-        on_root(comm, lambda: prepare_folder(folder, overwrite))
-        for caution in scene.cautions:
+        on_root(comm, lambda: check_folder(folder, overwrite))
+        for caution in (*scene.cautions, *stack.cautions):
             self.progress.note(f"caution: {caution}")
         self.progress.note("compiling forms: seconds the first time, none after")
         with self.phases("forms"):
             self.problem = Problem(scene, stack)
+            self.problem.contacts.check_start()
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases)
+        on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
         self.history: list[dict[str, float]] = []
@@ -85,19 +92,36 @@ class Simulation:
     def run(self) -> Result:
         """March through the path, then close all files."""
         with self.progress:
-            settled = self.attempt(0.0, 0.0)
-            if settled.converged:
-                self.accept(March(), 0.0, settled)
+            ended = self.settle()
+            if ended.ending is Ending.DONE:
+                self.accept(March(), 0.0, self._settled)
                 ended = march(step_control(self.scene), self.milestones, self.attempt, self.accept)
-            else:
-                ended = March().stop(f"the stack does not come to rest under its own weight: {settled.reason}")
         self.finish(ended)
         return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
 
-    def attempt(self, time: float, size: float) -> Outcome:
-        """Try a step; one that fails leaves no trace."""
+    def settle(self) -> March:
+        """Bring the stack to rest under its weight, in parts of it where all at once fails."""
+        self._settled = Outcome(True, 0, "")
+        ended = march(SETTLING, [1.0], self._settle_part, self._keep_part)
+        if ended.ending is Ending.DONE:
+            return ended
+        return March().stop(f"the stack does not come to rest under its own weight: {ended.reason}")
+
+    def _settle_part(self, carried: float, more: float) -> Outcome:
+        """Try to carry more of the weight, as shares of it."""
+        self.problem.weight_share.value = carried + more
+        return self.attempt(0.0, 0.0, SETTLING_PATIENCE)
+
+    def _keep_part(self, progress: March, more: float, outcome: Outcome) -> None:
+        del more
+        self._settled = self._settled.followed_by(outcome)
+        if progress.time < 1.0:
+            self.problem.commit(0.0)
+
+    def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
+        """Try a step, with a factor on Newton's iterations; one that fails leaves no trace."""
         self.problem.begin(time, size)
-        outcome = self._solve()
+        outcome = self._solve(patience)
         self.iterations += outcome.iterations
         defect = self.problem.defect() if outcome.converged else None
         if defect is not None:
@@ -106,16 +130,16 @@ class Simulation:
             self.problem.rollback(time)
         return outcome
 
-    def _solve(self) -> Outcome:
+    def _solve(self, patience: int) -> Outcome:
         """Newton's method, again after each update of multipliers that a penetration above its tolerance asks for."""
-        outcome, updates = self.newton.solve(), 0
+        outcome, updates = self.newton.solve(patience), 0
         while outcome.converged and (augmented := self.problem.contacts.augment()) is not None:
             penetration, most = augmented
             updates += 1
             if updates > most:
                 reason = f"penetration of {1e6 * penetration:.3g} um after {most} updates of the multipliers"
                 return Outcome(False, outcome.iterations, reason)
-            outcome = outcome.followed_by(self.newton.solve())
+            outcome = outcome.followed_by(self.newton.solve(patience))
         return outcome
 
     def accept(self, progress: March, size: float, outcome: solver.Outcome) -> None:

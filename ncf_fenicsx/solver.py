@@ -135,6 +135,7 @@ REASONS = {
 
 
 FLOOR_INCREMENT = 1e-3
+PATTERN_AT_ONCE = 100_000
 OPTIONS = {
     "ncf_snes_linesearch_type": "basic",
     "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
@@ -170,9 +171,13 @@ class Newton:
         self.matrix: Any = None
         self._follow_links()
 
-    def solve(self) -> Outcome:
-        """Solve from the system's present displacement, which is a solution only if the outcome converged."""
-        system = self.system
+    def solve(self, patience: int = 1) -> Outcome:
+        """Solve from the system's present displacement, which is a solution only if the outcome converged.
+
+        Args:
+            patience: factor on the number of iterations after which to give up.
+        """
+        system, self._most = self.system, patience * self.settings.max_iterations
         self._follow_links()
         self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
         with self.phases("solve"):
@@ -184,14 +189,10 @@ class Newton:
 
     def _run(self) -> int:
         """Run SNES; its reason."""
-        singular = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
-        try:
-            self.snes.solve(None, self.unknown)
-            reason: int = self.snes.getConvergedReason()
-        except PETSc.Error:  # MUMPS, on all ranks alike, asked to solve with factors that it could not finish
-            reason = singular
-        if reason == singular:
-            self.snes.getKSP().reset()  # else PETSc never factorises again after a failure
+        self.snes.solve(None, self.unknown)
+        reason: int = self.snes.getConvergedReason()
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            self.snes.getKSP().reset()  # else PETSc does not factorise again after a failure
         return reason
 
     def evaluate_residual(self) -> Floats:
@@ -212,8 +213,8 @@ class Newton:
         if self.matrix is not None:
             self.snes.getKSP().reset()  # the factors are those of the old pattern
             self.matrix.destroy()
-        extra = np.stack(np.divmod(links, nodes.size_global), axis=1)
-        self.matrix = compat.create_matrix(self.system.displacement.function_space, extra)
+        self._unfilled = np.stack(np.divmod(links, nodes.size_global), axis=1)
+        self.matrix = compat.create_matrix(self.system.displacement.function_space, self._unfilled)
         self.snes.setJacobian(self._tangent, self.matrix)
 
     def _unheld(self) -> NDArray[np.bool_]:
@@ -233,7 +234,7 @@ class Newton:
         snes.setFunction(self._residual, self.vector)
         snes.setConvergenceTest(self._test)
         snes.setLineSearchPreCheck(self._before_step)
-        snes.setTolerances(max_it=self.settings.max_iterations)
+        snes.setTolerances(max_it=100_000)  # the convergence test knows when to give up
         snes.getKSP().setType("preonly")
         snes.getKSP().getPC().setType("cholesky" if self.system.symmetric else "lu")
         snes.getKSP().getPC().setFactorSolverType("mumps")
@@ -281,12 +282,20 @@ class Newton:
         system.contacts.refresh()
         fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+        self._fill_pattern()
         for rows, columns, blocks in system.contacts.tangent():
             free = [self._free[nodes].reshape(len(nodes), -1) for nodes in (rows, columns)]
             unheld = blocks * free[0][:, :, None] * free[1][:, None, :]
             A.setValuesBlockedRCV(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType), unheld, ADD)
         A.assemble()
         return A
+
+    def _fill_pattern(self) -> None:
+        """Set all links once: PETSc drops entries from a new matrix that nothing is added to."""
+        for start in range(0, len(self._unfilled), PATTERN_AT_ONCE):
+            links = self._unfilled[start : start + PATTERN_AT_ONCE].astype(PETSc.IntType)
+            self.matrix.setValuesBlockedRCV(links[:, :1], links[:, 1:], np.zeros((len(links), 3, 3)), ADD)
+        self._unfilled = self._unfilled[:0]
 
     def _before_step(self, x: Any, step: Any) -> None:
         """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
@@ -331,7 +340,7 @@ class Newton:
             return reasons.DIVERGED_FNORM_NAN
         if iteration and self._small(residual, snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)):
             return reasons.CONVERGED_FNORM_ABS
-        return reasons.DIVERGED_MAX_IT if iteration >= self.settings.max_iterations else reasons.ITERATING
+        return reasons.DIVERGED_MAX_IT if iteration >= self._most else reasons.ITERATING
 
     def _small(self, residual: float, increment: float) -> bool:
         """Whether forces balance, those under control included, and the last increment (m) is small.

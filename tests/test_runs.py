@@ -177,7 +177,7 @@ def test_overwriting_leaves_nothing_of_the_old_run_and_all_else(folder):
     (folder / "fields").mkdir()
     for path in [*old, folder / "notes.txt"]:
         path.write_text("old")
-    prepare_folder(folder, overwrite=True)
+    prepare_folder(folder)
     assert not any(path.exists() for path in old)
     assert (folder / "notes.txt").read_text() == "old"
 
