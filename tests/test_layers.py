@@ -220,12 +220,11 @@ def test_a_soft_layer_is_dragged_over_another_by_more_than_an_element(folder):
             "size": ["20 mm", "3 mm"],
             "divisions": [[20, 1], [18, 1]],
             "grading": [0, 0],
-            "sides": {"x_min": "fixed", "y_max": "symmetry"},
+            "sides": {"y_max": "symmetry"},
         },
         "tool": {
             "kind": "presser_foot",
-            "size": ["16 mm", "30 mm"],
-            "position": ["8 mm", "0 mm"],
+            "size": ["32 mm", "30 mm"],
             "friction": {"coefficient": 0.6},
             "penalty": 30.0,
             "path": [
