@@ -1,7 +1,7 @@
-"""The roller scene by every way of enforcing contact: ``python3 demos/enforcement.py [RESULTS_FOLDER] [KEY=VALUE ...]``.
+"""The roller scene by every way of enforcing contact: ``python3 demos/enforcement.py [RESULTS] [KEY=VALUE ...]``.
 
-Prints force, penetration, iterations and time of each, and writes them to ``enforcement.csv`` in the folder. Ends with an
-error if two forces differ by more than 0.5 %, or if the augmented Lagrangian penetrates by more than 1e-4 of a layer.
+Prints force, penetration, iterations and time of each, and writes them to ``enforcement.csv`` in the folder. Ends with
+an error if two forces differ by more than 0.5 %, or the augmented Lagrangian penetrates by over 1e-4 of a layer.
 """
 
 import csv

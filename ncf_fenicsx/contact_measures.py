@@ -23,8 +23,8 @@ OPEN = 0.01
 
 RIGID_COLUMNS = {
     "pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
-    "contact_width": ("m", "extent of the contact along x, of the whole"),
-    "contact_length": ("m", "extent of the contact along y, of the whole"),
+    "contact_width": ("m", "extent of the contact along x, of the whole, to half an element at each end"),
+    "contact_length": ("m", "extent of the contact along y, of the whole, to half an element at each end"),
     "penetration_max": ("m", "deepest penetration of a node"),
 }
 INTERFACE_COLUMNS = {
@@ -137,7 +137,10 @@ class _RigidFace:
         shared, whole = self._shared, self._whole
         gap = shared.gather(self.contact.gaps())
         places = shared.undeformed + shared.gather(self.problem.displacement.x.array.reshape(-1, 3))
-        width, length = contact_extent(whole.places(places)[:, :2], whole.quads, gap[whole.source])
+        # half-way between the last node in contact and the next: next to a penetration, which is as good as nothing,
+        # interpolating the gap itself would always end the contact at its last node
+        closed = np.where(gap[whole.source] > 0, 1.0, -1.0)
+        width, length = contact_extent(whole.places(places)[:, :2], whole.quads, closed)
         deepest = float((-gap).max(initial=0.0))
         return [float(shared.gather(self._pressure).max(initial=0.0)), width, length, deepest]
 

@@ -69,6 +69,12 @@ class Contacts:
         """All contacts."""
         return [*self.rigid, *self.layers]
 
+    @property
+    def stiffness(self) -> float:
+        """Largest contact stiffness in Pa/m, 0 without contact."""
+        penalties = [surface.surface.penalty for surface in self.rigid] + [way.settings.penalty for way in self.layers]
+        return max((penalty.resolve(self.body.natural_stiffness) for penalty in penalties), default=0.0)
+
     def terms(self) -> dict[str, ufl.Form]:
         """Virtual work (J) of each contact, by name."""
         terms = {name: contact.term for name, contact in zip(self.names, self.rigid, strict=True)}

@@ -125,12 +125,13 @@ class Problem:
 
     @property
     def force_floor(self) -> float:
-        """Norm of the forces in N that round-off in the stiffest stress leaves unbalanced."""
+        """Norm of the forces in N that round-off in the stiffest stress, or in penalty times place, leaves over."""
         comm = self.comm
         cells = comm.allreduce(len(self.stack.layer))
         one = compat.compile_form(self.symbols(1.0) * self.volumes.all)
-        face = (comm.allreduce(float(fem.assemble_scalar(one))) / cells) ** (2 / 3)
-        return float(np.finfo(float).eps * self.scene.laws.stiffness * face * np.sqrt(cells))
+        face = comm.allreduce(float(fem.assemble_scalar(one))) / cells / self.length
+        round_off = self.scene.laws.stiffness + self.contacts.stiffness * self.stack.extent
+        return float(np.finfo(float).eps * round_off * face * np.sqrt(cells))
 
     def load(self, residual: Floats) -> float:
         """Sum of the vertical forces in N that carry the fabric, which imbalance is measured against.

@@ -54,13 +54,13 @@ class Stack(Settings):
     areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
     fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
     divisions: Divisions | tuple[Divisions, ...] = parameter(
-        (40, 24), description="elements along x and y, or a pair for each layer"
+        (120, 24), description="elements along x and y, or a pair for each layer"
     )
     through: PositiveInt | tuple[PositiveInt, ...] = parameter(
         1, description="elements through each layer, one number or one a layer"
     )
     grading: tuple[Grading, Grading] = parameter(
-        (0.8, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"
+        (0.9, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"
     )
     focus: tuple[Length, Length] | None = parameter(
         None, description="x and y that the mesh is refined towards; the tool's position unless given"
