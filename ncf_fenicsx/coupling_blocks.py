@@ -46,10 +46,10 @@ def stress_blocks(pairing: Pairing, numbers: Integers, by_facing: Any, by_displa
         by_facing: compiled derivative of the forces on the cells below by y.
         by_displacement: compiled derivative of the forces on y by the displacement of the cells below.
     """
-    rows, columns, blocks = _entries(by_facing)
+    rows, columns, blocks = _entries(by_facing, len(numbers))
     for entries, masters, weights in _facing(pairing, columns):
         yield numbers[rows[entries], None], masters, _spread(blocks[entries], np.ones((len(entries), 1)), weights)
-    rows, columns, blocks = _entries(by_displacement)
+    rows, columns, blocks = _entries(by_displacement, len(numbers))
     for entries, masters, weights in _facing(pairing, rows):
         yield masters, numbers[columns[entries], None], _spread(blocks[entries], weights, np.ones((len(entries), 1)))
 
@@ -72,11 +72,15 @@ def _facing(pairing: Pairing, nodes: Integers) -> Iterator[tuple[Integers, Integ
         yield entries, masters[place[nodes[entries]]], weights[place[nodes[entries]]]
 
 
-def _entries(form: Any) -> tuple[Integers, Integers, Floats]:
-    """Local row and column nodes of a form's nonzero pattern on this rank's cells, and its blocks (entries, 3, 3)."""
+def _entries(form: Any, nodes: int) -> tuple[Integers, Integers, Floats]:
+    """Local row and column nodes of a form's nonzero pattern on this rank's cells, and its blocks (entries, 3, 3).
+
+    Columns past this rank's nodes are those that rows of other ranks have, in which its cells have no part.
+    """
     matrix = fem.assemble_matrix(form).to_scipy(ghosted=True).tobsr((3, 3))
     rows = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-    return rows, matrix.indices.astype(np.int64), matrix.data
+    here = (matrix.indices < nodes) & (rows < nodes)
+    return rows[here], matrix.indices[here].astype(np.int64), matrix.data[here]
 
 
 def _spread(block: Floats, rows: Floats, columns: Floats) -> Floats:

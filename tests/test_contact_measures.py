@@ -53,13 +53,20 @@ CONTACTS = {
 def test_the_pressure_field_times_the_current_area_is_the_force_on_a_roller(folder, way, ranks_of_symmetry):
     travelled = 1.5e-3
     path = [
-        {"travel": ["0 mm", "0 mm", "-0.8 mm"], "speed": "1.6 mm/min"},
+        {"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"},
         {"travel": ["1.5 mm", "0 mm", "0 mm"], "speed": "0.5 mm/s"},
     ]
     sides = {} if ranks_of_symmetry == 4 else {"x_min": "fixed"}
     table = {
-        "laws": ELASTIC | {"in_plane": {"modulus": "0.1 MPa"}},
-        "stack": {"layers": 2, "size": ["16 mm", "6 mm"], "divisions": [32, 2], "grading": [0, 0], "sides": sides},
+        "laws": ELASTIC | {"in_plane": {"modulus": "10 MPa"}},
+        "stack": {
+            "layers": 2,
+            "size": ["16 mm", "6 mm"],
+            "divisions": [32, 2],
+            "grading": [0, 0],
+            "focus": ["0 mm", "0 mm"],  # a node under the axis, else
+            "sides": sides,
+        },
         "tool": {"width": "infinite", "radius": "4 mm", "position": ["8.2 mm", "0 mm"], "path": path} | CONTACTS[way],
         "solver": {"first_step": "5 s", "largest_step": "10 s"},
         "output": QUIET,
@@ -77,7 +84,7 @@ def test_the_pressure_field_times_the_current_area_is_the_force_on_a_roller(fold
         normal = -radial / np.linalg.norm(radial, axis=1)[:, None]  # from the fabric towards the axis
         pressure = mesh.point_data["contact_pressure"]
         force = ranks_of_symmetry * pressure * area @ normal
-        assert row["tool_force"] > 0.02
+        assert row["tool_force"] > 0.01
         assert np.count_nonzero(pressure * area) >= 3
         assert force[2] == pytest.approx(row["tool_force"], rel=1e-6)
         assert np.any((pressure * area > 0) & (normal[:, 2] < 1 - 1e-4))  # not all under the axis
@@ -234,9 +241,9 @@ def test_waves_across_are_measured_along_y():
 @pytest.mark.parametrize(("name", "at"), [("a quarter", 0.0), ("a half", 30e-3), ("the whole", 30e-3), ("a half", 0.0)])
 @pytest.mark.parametrize("lowered", [0.0, 0.3e-3])
 def test_a_cylinder_in_a_flat_surface_is_as_wide_as_its_chord(name, at, lowered):
-    """The surface may have moved, and been stretched along x: the width is that of today."""
+    """To half an element at each end, also where the surface has moved and been stretched along x."""
     sides, _, along_x, along_y = SIDES[name]
-    radius, depth, stretch = 5e-3, 0.2e-3, 0.0 if lowered == 0.0 else 0.05
+    radius, depth, stretch = 5e-3, 0.21e-3, 0.0 if lowered == 0.0 else 0.05
     tool = {"radius": "5 mm", "width": "infinite", "position": [f"{at} m", "0 mm"], "path": [{"hold": "1 s"}]}
     stack = {"layers": 1, "size": ["60 mm", "6 mm"], "divisions": [300, 1], "grading": [0, 0], "sides": sides}
     problem, _ = build({"stack": stack, "tool": tool, "gravity": "0 m/s^2"})
@@ -245,8 +252,9 @@ def test_a_cylinder_in_a_flat_surface_is_as_wide_as_its_chord(name, at, lowered)
     half = math.sqrt(2 * radius * depth - depth**2)
     row = ContactMeasures(problem).observe()
     element = LENGTH / 300 * (1 + stretch)
-    width = half * (1 if at == 0.0 and along_x == 1 else 2)
-    assert row["contact_width"] == pytest.approx(width, abs=2 * element**2 / (8 * half))
+    ends = 1 if at == 0.0 and along_x == 1 else 2
+    assert row["contact_width"] == pytest.approx(ends * half, abs=0.5 * ends * element)
+    assert row["contact_width"] == pytest.approx(ends * (half // element + 0.5) * element, rel=1e-9)
     assert row["contact_length"] == pytest.approx(along_y * WIDTH, rel=1e-9)
     assert row["penetration_max"] == pytest.approx(depth, rel=1e-6)
     assert row["pressure_max"] == pytest.approx(

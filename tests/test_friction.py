@@ -116,7 +116,7 @@ def rolled(folder, roll, mu=0.5):
     table = block(tool, press, along(3, speed="0.5 mm/s", roll=roll), friction=friction)
     table["stack"] |= {"divisions": [24, 1]}
     table["laws"] = ELASTIC
-    table["solver"] = {"first_step": "0.4 s", "largest_step": "0.4 s", "force_tolerance": 1e-8}
+    table["solver"] = {"first_step": "1 s", "largest_step": "1 s", "force_tolerance": 1e-8}
     return watch(table, folder)[1]
 
 
