@@ -18,7 +18,7 @@ from ncf_fenicsx.units import Penalty
 
 AT_NODES = {"quadrature_rule": "vertex", "quadrature_degree": 1}
 """Contact acts at nodes, each with its share of the reference area."""
-TOUCHING = 1e-15
+TOUCHING = 1e-16
 """Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their places."""
 
 
@@ -136,7 +136,7 @@ class Friction(Settings):
 
     coefficient: float = parameter(..., gt=0, description="coefficient of friction mu")
     stiffness: Penalty = parameter(
-        10.0, description="stick stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
+        1.0, description="stick stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
     )
 
 

@@ -139,7 +139,6 @@ class LayerContact:
         moved += self.body.start.x.array - self.body.displacement.x.array
         total, normal = self.slip + moved.reshape(-1, 3), self._normal.x.array.reshape(-1, 3)
         along: Floats = total - np.einsum("ij,ij->i", total, normal)[:, None] * normal
-        along[self._uncovered] = 0.0
         return along
 
     def commit(self) -> None:

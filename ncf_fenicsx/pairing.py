@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import block_diag, csr_matrix
+from scipy.spatial import cKDTree
 
 from ncf_fenicsx import mortar
 from ncf_fenicsx.faces import NodalSpaces, SharedFace
@@ -84,12 +85,12 @@ class Pairing:
         mine = face.lower.quads[self.comm.rank :: self.comm.size]
         parts = self.comm.allgather(mortar.integrals(lower, mine, upper, face.upper.quads, SNAP))
         coupling, covered, whole = (sum(part[1:], start=part[0]) for part in zip(*parts, strict=True))
-        weights = mortar.normalised(coupling, covered, whole)
+        weights = _with_nearest(mortar.normalised(coupling, covered, whole), lower, upper)
         here = face.lower.place_of_local
         return mortar.Weights(csr_matrix(weights.rows[here]), weights.coverage[here])
 
     def facing(self, places: Floats) -> Floats:
-        """Weighted places of what each of ``nodes`` faces in m, shape (nodes, 3); 0 where it faces nothing.
+        """Weighted places of what each of ``nodes`` faces in m, shape (nodes, 3).
 
         Args:
             places: of this rank's local nodes in m, shape (nodes, 3).
@@ -105,3 +106,19 @@ class Pairing:
             members = np.flatnonzero(counts == count)
             entries = self.rows.indptr[members][:, None] + np.arange(count)
             yield members, self.masters[self.rows.indices[entries]], self.rows.data[entries]
+
+
+def _with_nearest(weights: mortar.Weights, lower: Floats, upper: Floats) -> mortar.Weights:
+    """Weights in which nodes that nothing covers follow the nearest node, without a force: slip goes on past an edge.
+
+    Args:
+        weights: of the upper nodes for each lower one.
+        lower: places in plan in m, shape (lower nodes, 2).
+        upper: places in plan in m, shape (upper nodes, 2).
+    """
+    open_ = np.flatnonzero(weights.coverage == 0)
+    if not len(open_):
+        return weights
+    _, nearest = cKDTree(upper).query(lower[open_])
+    more = csr_matrix((np.ones(len(open_)), (open_, nearest)), weights.rows.shape)
+    return mortar.Weights(csr_matrix(weights.rows + more), weights.coverage)

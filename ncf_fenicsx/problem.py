@@ -133,6 +133,17 @@ class Problem:
         round_off = self.scene.laws.stiffness + self.contacts.stiffness * self.stack.extent
         return float(np.finfo(float).eps * round_off * face * np.sqrt(cells))
 
+    @property
+    def increment_cap(self) -> float:
+        """Largest nodal increment in m that Newton's method may take in the present step.
+
+        A contact that passes from node to node has a jump for each; large corrections leap over many of them.
+        """
+        settings = self.scene.solver
+        segments = [tool.path[motion.segment_number(tool.path, self._time)] for tool in self.scene.tool]
+        along = any(segment.travel is not None and any(segment.travel[:2]) for segment in segments)
+        return self.length * (min(settings.increment_cap, settings.travel_cap) if along else settings.increment_cap)
+
     def load(self, residual: Floats) -> float:
         """Sum of the vertical forces in N that carry the fabric, which imbalance is measured against.
 

@@ -46,10 +46,9 @@ class Progress:
 
     def show(self, row: dict[str, float]) -> None:
         """Show an accepted step."""
-        text = (
-            f"{row['time']:9.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
-            f"  {row['tool_force']:10.4g} N"
-        )
+        text = f"{row['time']:9.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
+        if "tool_force" in row:
+            text += f"  {row['tool_force']:10.4g} N"
         if "vf_max" in row:
             text += f"  Vf max {row['vf_max']:.4f}"
         if self.bar is not None:

@@ -39,6 +39,7 @@ class Solver(Settings):
     force_tolerance: float = parameter(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
     increment_cap: float = parameter(0.3, gt=0, description="largest nodal increment over the layer's thickness")
+    travel_cap: float = parameter(0.02, gt=0, description="the same while a tool travels along the surface")
 
     @model_validator(mode="after")
     def _steps_in_order(self) -> Self:

@@ -101,6 +101,10 @@ class System(Protocol):
         """Norm of the forces in N that round-off leaves unbalanced."""
 
     @property
+    def increment_cap(self) -> float:
+        """Largest increment in m of a component of the displacement in one of Newton's steps."""
+
+    @property
     def contacts(self) -> Contacts:
         """Forces between nodes beside the forms, and controls."""
 
@@ -148,7 +152,7 @@ class Newton:
 
     The residual norm is no merit function here: fibres a million times stiffer than the fabric across its thickness
     rule it, and a line search on it stalls. So steps are full, scaled back only where a node would move more than
-    ``increment_cap`` lengths.
+    a cap.
 
     Args:
         system: what is solved.
@@ -304,7 +308,7 @@ class Newton:
         controls = [control for control in self.system.contacts.controls if control.active]
         heights = self._border(step, controls)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
-        scale = min(1.0, self.settings.increment_cap * self.system.length / largest) if largest else 1.0
+        scale = min(1.0, self.system.increment_cap / largest) if largest else 1.0
         step.scale(scale)
         for control, height in zip(controls, heights, strict=True):
             control.shift(-scale * height)

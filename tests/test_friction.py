@@ -186,7 +186,7 @@ def test_a_frictionless_interface_carries_no_shear():
 FIBRES = {"kind": "fibre_families", "plies": [[0], [90]], "modulus": "1 GPa", "modulus_compression": "1 GPa"}
 
 
-@pytest.mark.parametrize("stiffness", [1.0, 10.0], ids=["soft stick", "default stick"])
+@pytest.mark.parametrize("stiffness", [0.1, 1.0], ids=["soft stick", "default stick"])
 def test_a_layer_slides_over_one_that_is_held(folder, stiffness):
     """A foot stretches the upper layer, soft along x; the lower one has fibres along x and holds it back with mu p."""
     table = {
