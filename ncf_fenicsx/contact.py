@@ -18,7 +18,7 @@ from ncf_fenicsx.units import Penalty
 
 AT_NODES = {"quadrature_rule": "vertex", "quadrature_degree": 1}
 """Contact acts at nodes, each with its share of the reference area."""
-TOUCHING = 1e-16
+TOUCHING = 1e-15
 """Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their places."""
 
 
@@ -32,6 +32,7 @@ class Touch:
         multiplier: contact pressure of the last update in Pa; None unless the enforcement keeps one.
         own_pressure: pressure in Pa that the layer's own stress has on its face; None unless the enforcement asks.
         kept: 1 where contact is kept whatever the gap, else 0; None where it never is.
+        rests: whether weight presses the faces together; a tool that just touches does not hold the fabric up.
     """
 
     gap: Expression
@@ -39,10 +40,11 @@ class Touch:
     multiplier: Expression = None
     own_pressure: Expression = None
     kept: Expression = None
+    rests: bool = True
 
     def pushed(self, pressure: Expression) -> Expression:
-        """A pressure (Pa) where it pushes or contact is kept, else 0; faces that just touch are in contact."""
-        closed = ufl.ge(pressure, -self.stiffness * TOUCHING)
+        """A pressure (Pa) where it pushes or contact is kept, else 0; faces that rest on each other are in contact."""
+        closed = ufl.ge(pressure, -self.stiffness * TOUCHING) if self.rests else ufl.gt(pressure, 0)
         if self.kept is not None:
             closed = ufl.Or(closed, ufl.gt(self.kept, 0.5))
         return ufl.conditional(closed, pressure, 0)

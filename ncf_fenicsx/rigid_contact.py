@@ -48,7 +48,7 @@ class RigidContact:
         stiffness = body.symbols(surface.penalty.resolve(body.natural_stiffness))
         multiplier = self.memory.scalar("multiplier") if surface.contact.keeps_multiplier else None
         self.grip = Grip(face)
-        self.touch = Touch(self.gap, stiffness, multiplier, own, self.grip.kept)
+        self.touch = Touch(self.gap, stiffness, multiplier, own, self.grip.kept, rests=isinstance(surface, Mould))
         self.pressure = surface.contact.pressure(self.touch)
         self.grip.follow(self.pressure)
         if multiplier is not None:
