@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.faces import Face, SharedFace
+from ncf_fenicsx.faces import SharedFace
 from ncf_fenicsx.interface import LayerContact
 from ncf_fenicsx.mirror import WholeFace
 from ncf_fenicsx.pairing import Interface
@@ -106,9 +106,9 @@ class ContactMeasures:
 class _CurrentArea:
     """Pressure per current area at the nodes of a face."""
 
-    def __init__(self, face: Face, pressure: Any, area_vector: Any) -> None:
-        self.face = face
-        self._pressure_form, self._area_form = face.density(pressure), face.density(area_vector)
+    def __init__(self, contact: RigidContact | LayerContact, area_vector: Any) -> None:
+        self.face, self._pressure_form = contact.face, contact.pressure_form
+        self._area_form = contact.face.density(area_vector)
 
     def pressure(self) -> Floats:
         """Force over current area at this rank's local nodes in Pa; 0 off the face."""
@@ -122,7 +122,7 @@ class _RigidFace:
 
     def __init__(self, contact: RigidContact, area_vector: Any, problem: Problem) -> None:
         self.contact, self.problem = contact, problem
-        self._current = _CurrentArea(contact.face, contact.pressure, area_vector)
+        self._current = _CurrentArea(contact, area_vector)
         self._shared = SharedFace(problem.contacts.body.spaces, contact.face.facets)
         self._whole = WholeFace(self._shared.undeformed, self._shared.quads, problem.scene.stack.sides)
         self._pressure: Floats = np.zeros(0)
@@ -150,7 +150,7 @@ class _LowerFace:
 
     def __init__(self, contact: LayerContact, area_vector: Any) -> None:
         self.contact = contact
-        self._current = _CurrentArea(contact.face, contact.covered_pressure, area_vector)
+        self._current = _CurrentArea(contact, area_vector)
         self.pressure: Floats = np.zeros(0)
 
     def observe(self) -> Floats:

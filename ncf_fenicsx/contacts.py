@@ -43,6 +43,7 @@ class Contacts:
         mould: contact with the mould; None without one.
         layers: contacts between layers, equal interfaces together.
         controls: equations of the tools whose path names a force.
+        pairings: how often layers were paired.
     """
 
     def __init__(self, scene: Scene, stack: StackMesh, body: Body, area_vector: Expression) -> None:
@@ -57,6 +58,7 @@ class Contacts:
             face = Face(spaces, tags, tuple(lower_tag(layer) for layer in layers))
             self.layers.append(LayerContact(way, face, Pairing(spaces, stack, layers), body, area_vector))
         forced = [tool for tool in self.tools if tool.surface.under_force]
+        self.pairings = 0
         self.controls = [ForceControl(tool, scene.stack.sides.copies) for tool in forced]
 
     @property
@@ -114,6 +116,7 @@ class Contacts:
         """Pair layers anew, in the present configuration."""
         for layer in self.layers:
             layer.update()
+            self.pairings += 1
 
     def check_start(self) -> None:
         """Raise a SceneError that says how far to raise a tool, or to lower a mould, that starts in the stack."""

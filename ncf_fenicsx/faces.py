@@ -47,6 +47,13 @@ class NodalSpaces:
         """A new vector field, 0 everywhere."""
         return fem.Function(self.vectors)
 
+    def forces(self, form: Any) -> Floats:
+        """Nodal forces in N of a compiled linear form at this rank's owned nodes, shape (nodes, 3)."""
+        vector = fem.assemble_vector(form)
+        vector.scatter_reverse(la.InsertMode.add)
+        forces: Floats = vector.array.reshape(-1, 3)[: self.owned].copy()
+        return forces
+
 
 class Face:
     """Facets with some tags.
@@ -58,7 +65,6 @@ class Face:
 
     Attributes:
         measure: UFL measure of the undeformed face that evaluates at nodes.
-        nodes: local nodes of this rank's facets.
         area: share of the undeformed face of each local node of the mesh in m2, 0 off the face.
     """
 
@@ -67,7 +73,6 @@ class Face:
         ds = ufl.Measure("ds", domain=spaces.mesh, subdomain_data=facet_tags, metadata=AT_NODES)
         self.measure = ds(tags)
         self.facets = np.sort(np.concatenate([facet_tags.find(tag) for tag in tags])).astype(np.int32)
-        self.nodes = fem.locate_dofs_topological(spaces.scalars, 2, self.facets)
         self.area = self.assembled(self.density(fem.Constant(spaces.mesh, 1.0)))
 
     def density(self, density: Expression) -> Any:

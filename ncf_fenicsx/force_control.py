@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import ufl
-from dolfinx import fem, la
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, motion
@@ -83,18 +80,12 @@ class ForceControl:
 
     def column(self) -> Floats:
         """Derivative of the residual by the tool's height in N/m, of the owned dofs."""
-        return self._assembled(self._column)
+        return self.contact.body.spaces.forces(self._column).ravel()
 
     def row(self) -> Floats:
         """Derivative of the tool's force by the displacement in N/m, of the owned dofs."""
-        return self._assembled(self._row)
+        return self.contact.body.spaces.forces(self._row).ravel()
 
     def stiffness(self) -> float:
         """Derivative of the tool's force by its height in N/m."""
         return float(self.contact.body.spaces.mesh.comm.allreduce(self.column()[2::3].sum()))
-
-    def _assembled(self, form: Any) -> Floats:
-        vector = fem.assemble_vector(form)
-        vector.scatter_reverse(la.InsertMode.add)
-        values: Floats = vector.array[: 3 * self.contact.body.spaces.owned].copy()
-        return values

@@ -7,10 +7,11 @@ keeps the nodes in contact that were so at the end of the last step; all after i
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ncf_fenicsx.faces import Face
-from ncf_fenicsx.kinematics import Expression
 
 
 class Grip:
@@ -27,9 +28,9 @@ class Grip:
         self.face, self.kept = face, face.spaces.scalar()
         self._closed = np.zeros_like(self.kept.x.array)
 
-    def follow(self, pressure: Expression) -> None:
-        """Take the contact pressure in Pa."""
-        self._pressure = self.face.density(pressure)
+    def follow(self, pressure: Any) -> None:
+        """Take the contact pressure, a compiled density over the face in Pa."""
+        self._pressure = pressure
 
     def note(self) -> None:
         """Remember which nodes are in contact now."""

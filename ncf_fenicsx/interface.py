@@ -43,7 +43,7 @@ class LayerContact:
         term: virtual work (J) of the forces on the lower faces, to be added to the residual.
         memory: multiplier and tangential traction, where the scene names what keeps them.
         slip: tangential displacement of what is faced since the start in m, at this rank's local nodes.
-        covered_pressure: contact pressure in Pa where something is faced.
+        pressure_form: compiled density of the contact pressure over the face in Pa, per undeformed area.
     """
 
     def __init__(self, settings: OneSided, face: Face, pairing: Pairing, body: Body, area_vector: Expression) -> None:
@@ -64,8 +64,8 @@ class LayerContact:
         self.touch = Touch(self.gap, stiffness, multiplier, own)
         self.pressure = settings.contact.pressure(self.touch)
         if multiplier is not None:
-            self.memory.follow("multiplier", self.pressure)
-        self.covered_pressure = self._coverage * self.pressure
+            self.memory.follow("multiplier", face.density(self.pressure))
+        self.pressure_form = face.density(self._coverage * self.pressure)
         self._tangential = self._tangential_traction()
         self._compile()
         self.update()
@@ -106,7 +106,7 @@ class LayerContact:
             stiffness = symbols(settings.friction.stiffness.resolve(self.body.natural_stiffness))
             stuck = tangential(self.memory.vector("traction"), self._normal) + stiffness * moved
             traction = friction_traction(stuck, self.pressure, symbols(settings.friction.coefficient))
-            self.memory.follow("traction", traction)
+            self.memory.follow("traction", self.face.density(traction))
         if self._slip_field is not None:
             stitches = symbols(settings.slip_stiffness) * (tangential(self._slip_field, self._normal) + moved)
             traction = stitches if traction is None else traction + stitches

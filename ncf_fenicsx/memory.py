@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from ncf_fenicsx.faces import Face
-from ncf_fenicsx.kinematics import Expression
 
 
 class Memory:
@@ -36,9 +35,9 @@ class Memory:
         self.fields[name], self._committed[name] = field, field.x.array.copy()
         return field
 
-    def follow(self, name: str, update: Expression) -> None:
-        """Take the expression that gives a field's value at the end of a step."""
-        self._updates[name] = self.face.density(update)
+    def follow(self, name: str, update: Any) -> None:
+        """Take the compiled density over the face that gives a field's value at the end of a step."""
+        self._updates[name] = update
 
     def update(self, name: str) -> None:
         """Give a field its value of the present state, to be committed or rolled back later."""

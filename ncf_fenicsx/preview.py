@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from mpi4py import MPI
 
-from ncf_fenicsx import hexahedra
-from ncf_fenicsx.mesh import build_mesh, stack_of
+from ncf_fenicsx.hexahedra import lower_tag
+from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.stepping import StepControl
@@ -27,12 +26,12 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     Raises:
         SceneError: its mesh is not valid, or a tool starts in the stack.
     """
-    stack, mesh = stack_of(scene), build_mesh(scene, MPI.COMM_SELF)
+    stack = build_mesh(scene, MPI.COMM_SELF)
     if scene.rigid_surfaces:
-        Problem(scene, mesh).contacts.check_start()
-    unknowns = 3 * len(stack.points)
-    lowers = [hexahedra.lower_tag(layer) for layer in range(scene.stack.layers)]
-    facing = np.count_nonzero(np.isin(stack.face_tags, lowers))
+        Problem(scene, stack).contacts.check_start()
+    nodes = len(stack.mesh.geometry.x)
+    unknowns = 3 * nodes
+    facing = sum(len(stack.facets(lower_tag(layer))) for layer in stack.open_interfaces)
     laws = scene.laws
     terms = [f"{law.family} ({law.kind})" for law in laws.chosen]
     if scene.gravity:
@@ -43,7 +42,7 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     if facing:
         terms.append(f"contact of layers on {facing} facing facets")
     lines = [
-        f"mesh: {len(stack.cells)} hexahedra, {len(stack.points)} nodes, {scene.stack.layers} layers",
+        f"mesh: {len(stack.layer)} hexahedra, {nodes} nodes, {scene.stack.layers} layers",
         f"residual: {'; '.join(terms)}",
         f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
         f"unknowns: {unknowns}",
@@ -51,6 +50,6 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
         f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns:.2g} GB",
         f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
-        *(f"caution: {caution}" for caution in (*scene.cautions, *mesh.cautions)),
+        *(f"caution: {caution}" for caution in (*scene.cautions, *stack.cautions)),
     ]
     return "\n".join(lines)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, motion
@@ -31,6 +31,7 @@ class RigidContact:
     Attributes:
         term: virtual work of the contact (J), to be added to the residual.
         tip: constant with the place of the surface's tip in m.
+        pressure_form: compiled density of the contact pressure over the undeformed face in Pa.
         grip: where contact is kept for the first linear solve of a step.
         memory: multiplier and tangential traction at the nodes, where the scene names what keeps them.
     """
@@ -50,9 +51,10 @@ class RigidContact:
         self.grip = Grip(face)
         self.touch = Touch(self.gap, stiffness, multiplier, own, self.grip.kept, rests=isinstance(surface, Mould))
         self.pressure = surface.contact.pressure(self.touch)
-        self.grip.follow(self.pressure)
+        self.pressure_form = face.density(self.pressure)
+        self.grip.follow(self.pressure_form)
         if multiplier is not None:
-            self.memory.follow("multiplier", self.pressure)
+            self.memory.follow("multiplier", self.pressure_form)
         self._normal = body.spaces.vector() if surface.friction is not None else None
         self._normal_form = face.density(ufl.diff(self.gap, point)) if surface.friction is not None else None
         self.term = self._work(point)
@@ -80,7 +82,7 @@ class RigidContact:
         stiffness = symbols(surface.friction.stiffness.resolve(self.body.natural_stiffness))
         stuck = tangential(self.memory.vector("traction") + stiffness * slip, self._normal)
         traction = friction_traction(stuck, self.pressure, symbols(surface.friction.coefficient))
-        self.memory.follow("traction", traction)
+        self.memory.follow("traction", self.face.density(traction))
         return traction
 
     def begin(self, time: float, size: float) -> None:
@@ -156,10 +158,7 @@ class RigidContact:
 
     def nodal_forces(self) -> Floats:
         """Forces of the fabric on the surface at this rank's owned nodes in N, shape (nodes, 3)."""
-        vector = fem.assemble_vector(self.force_form)
-        vector.scatter_reverse(la.InsertMode.add)
-        forces: Floats = vector.array.reshape(-1, 3)[: self.body.spaces.owned].copy()
-        return forces
+        return self.body.spaces.forces(self.force_form)
 
     def force(self) -> Floats:
         """Force of the fabric on the surface in N, of the modelled part, on all ranks; shape (3,)."""

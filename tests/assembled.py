@@ -47,7 +47,7 @@ def gradient_error(problem, newton, step):
         sides.append(newton.evaluate_residual())
     u[:] = centre
     difference = (sides[0] - sides[1]) / (2 * step)
-    matrix = newton.assemble_tangent()
+    matrix = newton.tangent.assemble()
     x, y = newton.unknown.duplicate(), newton.unknown.duplicate()
     x.array[:] = d[: x.getLocalSize()]
     matrix.mult(x, y)

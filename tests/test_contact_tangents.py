@@ -46,7 +46,7 @@ def pressed(table, **keys):
 
 def check_symmetry(problem, newton, way):
     """The program knows a symmetric tangent; stress in the pressure is never symmetric unless its variant is."""
-    matrix = newton.assemble_tangent()
+    matrix = newton.tangent.assemble()
     difference = matrix.copy()
     difference.axpy(-1.0, matrix.copy().transpose())
     asymmetry = difference.norm() / matrix.norm()
@@ -102,10 +102,10 @@ def test_tangent_between_layers(table, way, mesh):
     upper |= np.isin(problem.contacts.body.spaces.numbers, layer.pairing.masters)
     problem.displacement.x.array.reshape(-1, 3)[upper, 0] += 2e-4
     problem.start.x.array[:] = problem.displacement.x.array
-    layer.update()
+    problem.contacts.update()
     for name, field in layer.memory.fields.items():
         field.x.array[:] = 3e3 if name == "multiplier" else 300.0
-    newton._follow_links()
+    newton.tangent.follow_links()
     problem.displacement.x.array.reshape(-1, 3)[upper, :2] += [3e-6, 2e-6]
     layer.refresh()
     gaps = np.concatenate(COMM.allgather(layer.gaps()))

@@ -156,7 +156,7 @@ def applied(problem):
     everyone = dict(zip(everywhere(spaces.numbers), everywhere(places), strict=True))
     above = np.array([everyone[number] for number in numbers]).reshape(-1, 3)
     upper = COMM.allreduce(-residual.sum(axis=0)), COMM.allreduce(-np.cross(above, residual).sum(axis=0))
-    form = layer.face.density(layer.covered_pressure)
+    form = layer.pressure_form
     pushes = np.zeros((len(places), 3))
     pushes[:, 2] = -layer.face.assembled(form)
     owned = slice(spaces.owned)
@@ -249,7 +249,7 @@ def between(layer):
     """Upward forces in N on the lower face (its sign turned) and on the upper one, of this rank."""
     nodes = layer.face.owned()
     normals = layer._normal.x.array.reshape(-1, 3)
-    pressure = layer.face.assembled(layer.face.density(layer.covered_pressure))
+    pressure = layer.face.assembled(layer.pressure_form)
     return (pressure[nodes] * normals[nodes, 2]).sum(), -layer.residual()[1][:, 2].sum()
 
 

@@ -164,7 +164,7 @@ def smallest_eigenvalue(overrides, lift=0.0):
     heights = problem.space.tabulate_dof_coordinates()[:, 2]
     raised = np.union1d(problem.contacts.layers[0].pairing.masters, np.flatnonzero(heights > 2.1e-3))
     problem.displacement.x.array.reshape(-1, 3)[raised, 2] = lift
-    dense = Newton(problem, scene.solver, Phases()).assemble_tangent().copy()
+    dense = Newton(problem, scene.solver, Phases()).tangent.assemble().copy()
     dense.convert("dense")
     free = np.setdiff1d(np.arange(len(problem.displacement.x.array)), problem.supports.dofs)
     values = np.linalg.eigvalsh(dense.getDenseArray()[np.ix_(free, free)])

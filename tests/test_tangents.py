@@ -59,7 +59,7 @@ def test_the_tangent_of_every_law_is_the_derivative_of_its_residual(table, name)
 @pytest.mark.parametrize("name", LAWS)
 def test_the_program_knows_which_tangents_are_symmetric(table, name):
     problem, newton = strained(table, LAWS[name])
-    asymmetry = asymmetry_of(newton.assemble_tangent())
+    asymmetry = asymmetry_of(newton.tangent.assemble())
     assert problem.symmetric == (name not in ("as printed", "by volume"))
     assert newton.snes.getKSP().getPC().getType() == ("cholesky" if problem.symmetric else "lu")
     assert asymmetry < 1e-12 if problem.symmetric else asymmetry > 1e-7
@@ -67,7 +67,7 @@ def test_the_program_knows_which_tangents_are_symmetric(table, name):
 
 def test_the_tangent_with_extrapolated_stress_is_symmetric_too(table):
     _, newton = strained(table, {}, "extrapolated")
-    assert asymmetry_of(newton.assemble_tangent()) < 1e-12
+    assert asymmetry_of(newton.tangent.assemble()) < 1e-12
 
 
 def asymmetry_of(matrix):
@@ -132,7 +132,7 @@ def test_every_parameter_of_every_law_changes_the_tangent(table, name):
     problem, newton = strained(table, LAWS[name])
     material = problem.material
     laws = [material.law] if problem.scene.laws.solid is not None else material.laws.chosen
-    before = newton.assemble_tangent().copy()
+    before = newton.tangent.assemble().copy()
     count, idle = 0, {"exponential.smoothing"} if name != "clip" else set()
     if name not in ("clip", "raw"):
         idle.add("exponential.beta4")  # cancelled by the shift
@@ -141,7 +141,7 @@ def test_every_parameter_of_every_law_changes_the_tangent(table, name):
     for label, constant in (pair for law in laws for pair in symbols_of(law)):
         value = float(constant.value)
         constant.value = 1.01 * value + (0.01 if value == 0 else 0)
-        difference = newton.assemble_tangent().copy()
+        difference = newton.tangent.assemble().copy()
         constant.value = value
         difference.axpy(-1.0, before)
         count += 1
@@ -172,7 +172,7 @@ def test_every_parameter_changes_the_tangent(table, change):
         problem.begin(0.0, 12.0)
         problem.contacts.tools[0].tip.value[2] = 3.6e-3
         assign(problem, bumpy)
-        norms.append(newton.assemble_tangent().norm())
+        norms.append(newton.tangent.assemble().norm())
     assert abs(norms[1] / norms[0] - 1) > 1e-7
 
 
@@ -190,7 +190,7 @@ def test_the_printed_law_loses_stability_where_its_caution_says(modulus):
     smallest = []
     for compaction in (0.97 * critical, 1.03 * critical):
         assign(problem, lambda x, e=compaction: np.stack([0 * x[0], 0 * x[0], -e * x[2]]))
-        dense = newton.assemble_tangent().copy()
+        dense = newton.tangent.assemble().copy()
         dense.convert("dense")
         free = np.setdiff1d(np.arange(len(problem.displacement.x.array)), problem.supports.dofs)
         smallest.append(np.linalg.eigvals(dense.getDenseArray()[np.ix_(free, free)]).real.min())

@@ -1,0 +1,178 @@
+"""One nonlinear solve by Newton's method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import petsc as fem_petsc
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from ncf_fenicsx.scene import Solver as Settings
+from ncf_fenicsx.solver.border import border
+from ncf_fenicsx.solver.system import Outcome, System
+from ncf_fenicsx.solver.tangent_matrix import TangentMatrix
+from ncf_fenicsx.timing import Phases
+
+Floats = NDArray[np.float64]
+ADD, INSERT = PETSc.InsertMode.ADD, PETSc.InsertMode.INSERT
+FORWARD, REVERSE = PETSc.ScatterMode.FORWARD, PETSc.ScatterMode.REVERSE
+
+REASONS = {
+    PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "Newton's method did not converge",
+    PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
+    PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed: singular tangent or not enough memory",
+}
+FLOOR_INCREMENT = 1e-3
+OPTIONS = {
+    "ncf_snes_linesearch_type": "basic",
+    "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
+    "options_left": "no",  # no complaint where nothing was solved
+}
+
+
+class Newton:
+    """SNES with full steps, a cap on the nodal increment, and MUMPS.
+
+    The residual norm is no merit function here: fibres a million times stiffer than the fabric across its thickness
+    rule it, and a line search on it stalls. So steps are full, scaled back only where a node would move more than
+    a cap.
+
+    Args:
+        system: what is solved.
+        settings: tolerances and limits.
+        phases: clock that assembly and linear solution are booked on.
+    """
+
+    def __init__(self, system: System, settings: Settings, phases: Phases) -> None:
+        self.system, self.settings, self.phases = system, settings, phases
+        self.vector = fem_petsc.create_vector(system.residual_form)
+        self.unknown = self.vector.duplicate()
+        self.load = 0.0
+        held = system.supports.dofs
+        self._held = held[held < self.vector.getLocalSize()]
+        self.floor = system.force_floor
+        self.snes = self._snes()
+        self.tangent = TangentMatrix(system, self._held)
+        self.snes.setJacobian(self._tangent, self.tangent.matrix)
+
+    def solve(self, patience: int = 1) -> Outcome:
+        """Solve from the system's present displacement, which is a solution only if the outcome converged.
+
+        Args:
+            patience: factor on the number of iterations after which to give up.
+        """
+        system, self._most = self.system, patience * self.settings.max_iterations
+        if self.tangent.follow_links():
+            self.snes.getKSP().reset()  # the factors are those of the old pattern
+            self.snes.setJacobian(self._tangent, self.tangent.matrix)
+        self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
+        with self.phases("solve"):
+            reason = self._run()
+        self._take(self.unknown)
+        words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
+        unbalanced = f"{words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
+        return Outcome(reason > 0, self.snes.getIterationNumber(), unbalanced)
+
+    def _run(self) -> int:
+        """Run SNES; its reason."""
+        self.snes.solve(None, self.unknown)
+        reason: int = self.snes.getConvergedReason()
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            self.snes.getKSP().reset()  # else PETSc does not factorise again after a failure
+        return reason
+
+    def evaluate_residual(self) -> Floats:
+        """Out-of-balance forces in N of all owned dofs at the present displacement, reactions included."""
+        return self._assemble_residual(self.vector).array_r.copy()
+
+    def _snes(self) -> Any:
+        snes = PETSc.SNES().create(self.vector.comm)
+        snes.setOptionsPrefix("ncf_")
+        for name, value in OPTIONS.items():
+            PETSc.Options()[name] = value
+        snes.setType("newtonls")
+        snes.setFunction(self._residual, self.vector)
+        snes.setConvergenceTest(self._test)
+        snes.setLineSearchPreCheck(self._before_step)
+        snes.setTolerances(max_it=100_000)  # the convergence test knows when to give up
+        snes.getKSP().setType("preonly")
+        snes.getKSP().getPC().setType("cholesky" if self.system.symmetric else "lu")
+        snes.getKSP().getPC().setFactorSolverType("mumps")
+        snes.setFromOptions()
+        return snes
+
+    def _take(self, x: Any) -> None:
+        x.ghostUpdate(INSERT, FORWARD)
+        with x.localForm() as local:
+            self.system.displacement.x.array[:] = local.array_r
+
+    def _assemble_residual(self, b: Any) -> Any:
+        system = self.system
+        with b.localForm() as local:
+            local.set(0.0)
+        system.contacts.refresh()
+        fem_petsc.assemble_vector(b, system.residual_form)
+        b.ghostUpdate(ADD, REVERSE)
+        for nodes, values in system.contacts.residual():
+            b.setValuesBlocked(nodes.astype(PETSc.IntType), values, ADD)
+        b.assemble()
+        return b
+
+    def _residual(self, snes: Any, x: Any, b: Any) -> None:
+        del snes
+        with self.phases("assembly"):
+            self._take(x)
+            self._assemble_residual(b)
+            self.load = self.system.load(b.array_r)
+            b.array[self._held] = x.array_r[self._held]
+
+    def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
+        del snes, A, P
+        system = self.system
+        with self.phases("assembly"):
+            self._take(x)
+            self.tangent.assemble()
+            if system.last_iterate is not None:
+                system.last_iterate.x.array[:] = system.displacement.x.array
+
+    def _before_step(self, x: Any, step: Any) -> None:
+        """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
+        del x
+        self.system.contacts.release()
+        controls = [control for control in self.system.contacts.controls if control.active]
+        heights = border(step, controls, self.snes.getKSP().solve, self._held)
+        largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
+        scale = min(1.0, self.system.increment_cap / largest) if largest else 1.0
+        step.scale(scale)
+        for control, height in zip(controls, heights, strict=True):
+            control.shift(-scale * height)
+
+    def _test(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
+        reasons = PETSc.SNES.ConvergedReason
+        residual = norms[2]
+        if not np.isfinite(residual):
+            return reasons.DIVERGED_FNORM_NAN
+        if iteration and self._small(residual, snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)):
+            return reasons.CONVERGED_FNORM_ABS
+        return reasons.DIVERGED_MAX_IT if iteration >= self._most else reasons.ITERATING
+
+    def _small(self, residual: float, increment: float) -> bool:
+        """Whether forces balance, those under control included, and the last increment (m) is small.
+
+        Where round-off alone is above the force tolerance, the increment has to be smaller by as much as it takes for
+        the next one, with quadratic convergence, to vanish in round-off too.
+        """
+        allowed = self.settings.increment_tolerance * self.system.length
+        for control in self.system.contacts.controls:
+            if control.target is not None and abs(control.excess()) > self.settings.force_tolerance * control.target:
+                return False
+        if residual <= self.settings.force_tolerance * self.load:
+            return increment <= allowed
+        return residual <= self.floor and increment <= FLOOR_INCREMENT * allowed
+
+
+def petsc_version() -> str:
+    """Version of PETSc."""
+    return ".".join(str(number) for number in PETSc.Sys.getVersion())

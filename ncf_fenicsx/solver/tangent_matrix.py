@@ -1,0 +1,90 @@
+"""The tangent as a PETSc matrix whose pattern grows with the pairs of nodes that contact couples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import petsc as fem_petsc
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from ncf_fenicsx import compat
+from ncf_fenicsx.solver.system import Integers, System
+
+ADD = PETSc.InsertMode.ADD
+PATTERN_AT_ONCE = 100_000
+
+
+class TangentMatrix:
+    """Assembles a system's tangent.
+
+    Args:
+        system: whose tangent.
+        held: this rank's owned dofs whose displacement is given.
+
+    Attributes:
+        matrix: the PETSc matrix; another object whenever the pattern has grown.
+    """
+
+    def __init__(self, system: System, held: Integers) -> None:
+        self.system = system
+        self.matrix: Any = None
+        self._nodes = system.displacement.function_space.dofmap.index_map
+        self._free = self._unheld(held)
+        self._links: Integers = np.zeros(0, dtype=np.int64)
+        self._pairings = -1
+        self.follow_links()
+
+    def _unheld(self, held: Integers) -> NDArray[np.bool_]:
+        """Which dofs of the whole mesh are not held, by global node number, shape (nodes, 3)."""
+        first, free = 3 * self._nodes.local_range[0], np.ones(3 * self._nodes.size_global, dtype=bool)
+        free[np.concatenate(self._nodes.comm.allgather(first + held.astype(np.int64)))] = False
+        return free.reshape(-1, 3)
+
+    def follow_links(self) -> bool:
+        """Make a new matrix where contact couples nodes that the pattern does not; entries are never dropped.
+
+        Returns:
+            Whether the matrix is new.
+        """
+        contacts, space = self.system.contacts, self.system.displacement.function_space
+        if contacts.pairings == self._pairings:
+            return False
+        self._pairings = contacts.pairings
+        pairs = [self._links]
+        for rows, columns in contacts.links():
+            pairs.append((rows[:, :, None] * self._nodes.size_global + columns[:, None, :]).ravel())
+        links = np.unique(np.concatenate(pairs))
+        grown = self._nodes.comm.allreduce(len(links) > len(self._links))
+        if self.matrix is not None and not grown:
+            return False
+        self._links = links
+        if self.matrix is not None:
+            self.matrix.destroy()
+        self._unfilled = np.stack(np.divmod(links, self._nodes.size_global), axis=1)
+        self.matrix = compat.create_matrix(space, self._unfilled)
+        return True
+
+    def assemble(self) -> Any:
+        """Tangent in N/m at the present displacement, rows and columns of held dofs those of the unit matrix."""
+        A: Any = self.matrix
+        system = self.system
+        A.zeroEntries()
+        system.contacts.refresh()
+        fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
+        A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+        self._fill_pattern()
+        for rows, columns, blocks in system.contacts.tangent():
+            free = [self._free[nodes].reshape(len(nodes), -1) for nodes in (rows, columns)]
+            unheld = blocks * free[0][:, :, None] * free[1][:, None, :]
+            A.setValuesBlockedRCV(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType), unheld, ADD)
+        A.assemble()
+        return A
+
+    def _fill_pattern(self) -> None:
+        """Set all links once: PETSc drops entries from a new matrix that nothing is added to."""
+        for start in range(0, len(self._unfilled), PATTERN_AT_ONCE):
+            links = self._unfilled[start : start + PATTERN_AT_ONCE].astype(PETSc.IntType)
+            self.matrix.setValuesBlockedRCV(links[:, :1], links[:, 1:], np.zeros((len(links), 3, 3)), ADD)
+        self._unfilled = self._unfilled[:0]
