@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.faces import SharedFace
+from ncf_fenicsx.hexahedra import lower_tag
 from ncf_fenicsx.interface import LayerContact
 from ncf_fenicsx.mirror import WholeFace
-from ncf_fenicsx.pairing import Interface
 from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.rigid_contact import RigidContact
@@ -27,13 +27,15 @@ RIGID_COLUMNS = {
     "contact_length": ("m", "extent of the contact along y, of the whole, to half an element at each end"),
     "penetration_max": ("m", "deepest penetration of a node"),
 }
-INTERFACE_COLUMNS = {
+OPENING_COLUMNS = {
     "gap_max": ("m", "widest opening"),
     "void_volume": ("m3", "volume of the openings, of the whole"),
     "void_longest": ("m", "longest extent along x or y of a connected opening wider than 1 % of a layer"),
     "slip_max": ("m", "largest slip of the two faces along each other since the start"),
     "interface_pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
     "interface_penetration_max": ("m", "deepest penetration of a node"),
+}
+WAVE_COLUMNS = {
     "wrinkle_amplitude": ("m", "half the difference of highest and lowest deflection of the face"),
     "wrinkle_wavelength": ("m", "twice the mean distance of zero crossings on the highest line; 0 without a wave"),
     "misalignment_max": ("rad", "largest angle between a line of the face and its undeformed direction"),
@@ -57,13 +59,17 @@ class ContactMeasures:
         area_vector = problem.material.kinematics(problem.displacement).area_vector
         self.rigid = [_RigidFace(contact, area_vector, problem) for contact in problem.contacts.rigid]
         self.layers = [_LowerFace(contact, area_vector) for contact in problem.contacts.layers]
-        self.interfaces = [
-            (face, layer, WholeFace(face.lower.undeformed, face.lower.quads, problem.scene.stack.sides))
-            for layer in self.layers
-            for face in layer.contact.pairing.interfaces
-        ]
-        self.interfaces.sort(key=lambda entry: entry[0].layer)
+        self.faces = [self._face_above(layer) for layer in range(problem.scene.stack.layers - 1)]
+        self._contact_of = {
+            face.layer: layer for layer in self.layers for face in layer.contact.pairing.interfaces
+        }  # of those that may open
         self.nodes: dict[str, Floats] = {}
+
+    def _face_above(self, layer: int) -> tuple[SharedFace, WholeFace]:
+        """Upper face of a layer, and itself with its mirror images."""
+        stack, spaces = self.problem.stack, self.problem.contacts.body.spaces
+        face = SharedFace(spaces, stack.facets(lower_tag(layer)))
+        return face, WholeFace(face.undeformed, face.quads, self.problem.scene.stack.sides)
 
     def observe(self) -> dict[str, float]:
         """Columns of the history in the trial state; keeps the fields at nodes."""
@@ -73,9 +79,11 @@ class ContactMeasures:
         for number, rigid in enumerate(self.rigid):
             names = (numbered(name, number) if number < tools else f"mould_{name}" for name in RIGID_COLUMNS)
             row |= dict(zip(names, rigid.columns(), strict=True))
-        for face, layer, whole in self.interfaces:
-            values = self._interface(face, layer, whole)
-            row |= {f"{name}_{face.layer + 1}": value for name, value in zip(INTERFACE_COLUMNS, values, strict=True)}
+        for number, (face, whole) in enumerate(self.faces):
+            values = self._waves(face, whole)
+            if number in self._contact_of:
+                values = self._opening(face, whole, self._contact_of[number]) | values
+            row |= {f"{name}_{number + 1}": value for name, value in values.items()}
         return row
 
     def _fields(self) -> None:
@@ -86,21 +94,25 @@ class ContactMeasures:
             slips = [np.linalg.norm(layer.contact.slipped(), axis=1) for layer in self.layers]
             self.nodes["slip"] = np.sum(slips, axis=0)
 
-    def _interface(self, face: Interface, layer: _LowerFace, whole: WholeFace) -> list[float]:
-        lower, source = face.lower, whole.source
+    def _opening(self, face: SharedFace, whole: WholeFace, layer: _LowerFace) -> dict[str, float]:
+        """Values of `OPENING_COLUMNS`."""
         gap, area, slip, pressure = (
-            lower.gather(values)[source]
+            face.gather(values)[whole.source]
             for values in (self.nodes["gap"], layer.contact.face.area, self.nodes["slip"], layer.pressure)
         )
-        deflection = lower.gather(self.problem.displacement.x.array.reshape(-1, 3))[source, 2]
-        places = whole.places(lower.undeformed)[:, :2]
-        open_ = voids(places, whole.quads, gap, area, OPEN * self.problem.length)
-        waves = wrinkles(places, deflection)
+        open_ = voids(whole.places(face.undeformed)[:, :2], whole.quads, gap, area, OPEN * self.problem.length)
         # a node on a symmetry plane has but a part of its share in the model
-        volume = self.problem.scene.stack.sides.copies * lower.gather(layer.opened_volume()).sum()
+        volume = self.problem.scene.stack.sides.copies * float(face.gather(layer.opened_volume()).sum())
         deepest = float((-gap).max(initial=0.0))
-        contact = [open_.widest_opening, volume, open_.longest, float(slip.max()), float(pressure.max()), deepest]
-        return [*contact, waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
+        values = [open_.widest_opening, volume, open_.longest, float(slip.max()), float(pressure.max()), deepest]
+        return dict(zip(OPENING_COLUMNS, values, strict=True))
+
+    def _waves(self, face: SharedFace, whole: WholeFace) -> dict[str, float]:
+        """Values of `WAVE_COLUMNS`."""
+        deflection = face.gather(self.problem.displacement.x.array.reshape(-1, 3))[whole.source, 2]
+        waves = wrinkles(whole.places(face.undeformed)[:, :2], deflection)
+        values = [waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
+        return dict(zip(WAVE_COLUMNS, values, strict=True))
 
 
 class _CurrentArea:

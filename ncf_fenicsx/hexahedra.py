@@ -149,13 +149,13 @@ def coincidence(points: Floats, extent: Floats) -> Integers:
 
 
 def mark_interfaces(stack: Hexahedra, pack: Integers) -> Hexahedra:
-    """The stack with the faces tagged where a layer of one pack lies on a layer of the next.
+    """The stack with the faces tagged where a layer lies on the next; where both are one pack, the lower one's alone.
 
     Raises:
         SceneError: an outside face has no tag, or bonded layers do not share their nodes.
     """
-    once = _appear_once(stack.face_vertices).reshape(-1, 6)
-    cell, face = np.nonzero(once & (stack.face_tags == NO_TAG))
+    group, count = _alike(stack.face_vertices)
+    cell, face = np.nonzero((count == 1).reshape(-1, 6) & (stack.face_tags == NO_TAG))
     upwards, layer = _outward_height(stack, cell, face), stack.layer[cell]
     other = layer + np.where(upwards > 0, 1, -1)
     lonely = np.flatnonzero((np.abs(upwards) < STEEP) | (other < 0) | (other >= len(pack)))
@@ -168,6 +168,10 @@ def mark_interfaces(stack: Hexahedra, pack: Integers) -> Hexahedra:
         raise SceneError(f"mesh: layers {number} and {number + 1} are bonded; expected facets that match")
     tags = stack.face_tags.copy()
     tags[cell, face] = np.where(upwards > 0, lower_tag(layer), upper_tag(other))
+    layers, highest = np.repeat(stack.layer, 6), np.zeros(group.max() + 1, dtype=np.int64)
+    np.maximum.at(highest, group, layers)
+    shared = (layers < highest[group]).reshape(-1, 6)
+    tags[shared] = lower_tag(layers.reshape(-1, 6)[shared])
     return Hexahedra(stack.points, stack.cells, stack.layer, tags)
 
 
@@ -230,9 +234,10 @@ def _bisect(places: Floats, column: Integers, members: Integers, first: int, par
     _bisect(places, column, order[cut:], first + parts // 2, parts - parts // 2, part)
 
 
-def _appear_once(rows: Integers) -> NDArray[np.bool_]:
+def _alike(rows: Integers) -> tuple[Integers, Integers]:
+    """Group of equal rows that each row belongs to, and how many that group has; shapes (rows,)."""
     _, group, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
-    return count[group.ravel()] == 1
+    return group.ravel(), count[group.ravel()]
 
 
 def place(point: Floats) -> str:

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
-from ncf_fenicsx.contact_measures import INTERFACE_COLUMNS, RIGID_COLUMNS, ContactMeasures
+from ncf_fenicsx.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, WAVE_COLUMNS, ContactMeasures
 from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.problem import Problem
 
@@ -28,7 +28,7 @@ COLUMNS = {
     "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
     "vf_max": ("1", "largest fibre volume fraction, by cell"),
     **RIGID_COLUMNS,
-    **{f"{name}_N": meaning for name, meaning in INTERFACE_COLUMNS.items()},
+    **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
     "newton_iterations": ("1", "Newton iterations of the step"),
     "step_cuts": ("1", "attempts at the step that failed before"),
     "wall_time": ("s", "time since the start of the program's run"),
@@ -36,7 +36,8 @@ COLUMNS = {
 """Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``.
 
 A solid has no Vf, and none of its columns. Columns of tools are those of the first; ``tool_force_2`` and so on are of
-the next ones, ``mould_...`` of the mould. Columns that end with N are of the interface above layer N.
+the next ones, ``mould_...`` of the mould. Columns that end with N are of the interface above layer N; a bonded one has
+those of its waves.
 """
 
 

@@ -83,7 +83,7 @@ def stack_of(scene: Scene) -> Hexahedra:
     pack = np.cumsum([0, *(not shared for shared in bonded)])
     together = hexahedra.bond_layers(stack) if any(bonded) else stack
     stack = hexahedra.mark_interfaces(hexahedra.split_layers(together, pack), pack)
-    _check_interfaces(scene.stack, stack)
+    _check_interfaces(stack, [layer for layer, shared in enumerate(bonded) if not shared])
     _check_thickness(scene.stack, stack)
     if scene.laws.bending is not None:
         _check_mid_planes(scene.stack, stack)
@@ -113,9 +113,9 @@ def _check_sides(settings: Stack, stack: Hexahedra) -> None:
             raise SceneError(f"mesh: no facets named {name!r}; expected them, the scene holds or presses that face")
 
 
-def _check_interfaces(settings: Stack, stack: Hexahedra) -> None:
+def _check_interfaces(stack: Hexahedra, layers: list[int]) -> None:
     """Both faces of an interface have to cover the same part of the plane."""
-    for layer in range(settings.layers - 1):
+    for layer in layers:
         areas = [
             _plan_area(stack, stack.face_tags == tag)
             for tag in (hexahedra.lower_tag(layer), hexahedra.upper_tag(layer))

@@ -26,17 +26,31 @@ def keys() -> Iterator[tuple[str, str, str, str]]:
 
 def _keys_of(table: type[Settings], prefix: str) -> Iterator[tuple[str, str, str, str]]:
     for name, field in table.model_fields.items():
-        key, choice = prefix + name, _choice_of(field)
-        if choice is not None:
-            known = sorted(kinds(choice.family))
-            yield f"{key}.kind", "", f'"{choice.default}"', f"{field.description}: {', '.join(known)}"
-            for kind in known:
-                yield from _keys_of(kinds(choice.family)[kind], f"{key}({kind}).")
-        elif (entry := _entry_of(field)) is not None:
-            listed = get_origin(field.annotation) is tuple
-            yield from _keys_of(entry, f"{key}.N." if listed else f"{key}.")
-        else:
-            yield key, _unit(field), _default(field), field.description or ""
+        yield from _keys_of_field(prefix + name, field)
+
+
+def _keys_of_field(key: str, field: FieldInfo) -> Iterator[tuple[str, str, str, str]]:
+    choice, entry = _choice_of(field), _entry_of(field)
+    if choice is not None:
+        known = sorted(kinds(choice.family))
+        yield f"{key}.kind", "", f'"{choice.default}"', f"{field.description}: {', '.join(known)}"
+        for having, name, shared in _fields_of_kinds(choice.family):
+            label = "" if having == known else f"({', '.join(having)})"
+            yield from _keys_of_field(f"{key}{label}.{name}", shared)
+    elif entry is not None:
+        listed = get_origin(field.annotation) is tuple
+        yield from _keys_of(entry, f"{key}.N." if listed else f"{key}.")
+    else:
+        yield key, _unit(field), _default(field), field.description or ""
+
+
+def _fields_of_kinds(family: str) -> list[tuple[list[str], str, FieldInfo]]:
+    """Each field of a family's kinds once: the kinds that have just that field, its name, and itself."""
+    found: dict[str, tuple[list[str], str, FieldInfo]] = {}
+    for kind, table in sorted(kinds(family).items()):
+        for name, field in table.model_fields.items():
+            found.setdefault(f"{name} {field!r}", ([], name, field))[0].append(kind)
+    return list(found.values())
 
 
 def _marks(field: FieldInfo) -> list[Any]:

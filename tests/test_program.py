@@ -10,6 +10,7 @@ import pytest
 
 import ncf_fenicsx
 from ncf_fenicsx.measures import COLUMNS
+from ncf_fenicsx.reference import keys
 
 ROOT = Path(__file__).parents[1]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -94,3 +95,11 @@ def test_the_readme_documents_every_column_of_the_history():
     readme = (ROOT / "README.md").read_text()
     for name, (unit, meaning) in COLUMNS.items():
         assert f"| `{name}` | {unit} | {meaning} |" in readme
+
+
+def test_every_key_of_the_reference_stands_once():
+    """What several kinds share is listed with them, not again for each."""
+    names = [key for key, *_ in keys()]
+    assert len(names) == len(set(names))
+    assert {"tool.position", "tool(cylinder).edge", "interface(one_sided, stitched).penalty"} <= set(names)
+    assert not any(name.endswith(").position") for name in names)
