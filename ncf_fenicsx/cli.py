@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 import ncf_fenicsx
+from ncf_fenicsx.files import ResultError
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
 
@@ -32,16 +33,25 @@ def _root(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 @app.command("run")
 def run_command(
-    file: SceneFile,
+    file: Annotated[Path | None, typer.Argument(metavar="[SCENE.toml]", help="Scene file.")] = None,
     out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME unless given.")] = None,
     overrides: Overrides = None,
     overwrite: Annotated[bool, typer.Option(help="Replace results that the folder holds.")] = False,
+    restart: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Go on with the run in a results folder, in place of a scene.")
+    ] = None,
 ) -> None:
     """Run a scene. Exit code 0: done; 1: stopped early, last good state saved; 2: bad input, nothing written."""
-    scene = Scene.read(file, overrides or ())
+    if restart is not None and file is None and out is None and not overwrite:
+        source, folder = restart / "scene.toml", restart
+    elif file is not None and restart is None:
+        source, folder = file, out or Path("results") / file.stem
+    else:
+        raise SceneError("run: expected either a scene file, with --out and --overwrite, or --restart FOLDER alone")
+    scene = Scene.read(source, overrides or ())
     from ncf_fenicsx.simulation import run
 
-    result = run(scene, out or Path("results") / file.stem, overwrite=overwrite)
+    result = run(scene, folder, overwrite=overwrite, restart=restart is not None)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
     raise typer.Exit(DONE if result.done else STOPPED)
 
@@ -89,6 +99,14 @@ def main() -> None:
     except SceneError as error:
         complain(str(error))
         sys.exit(BAD_INPUT)
+    except ResultError as error:
+        complain(str(error))
+        sys.exit(STOPPED)
+    except KeyboardInterrupt:
+        from mpi4py import MPI
+
+        complain("interrupted")
+        MPI.COMM_WORLD.Abort(STOPPED)
     except Exception:
         traceback.print_exc()
         from mpi4py import MPI

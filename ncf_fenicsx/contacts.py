@@ -24,6 +24,7 @@ from ncf_fenicsx.rigid_contact import RigidContact
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.scene_stack import OneSided
+from ncf_fenicsx.state_parts import StatePart, under
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -146,6 +147,17 @@ class Contacts:
         for layer in self.layers:
             layer.memory.rollback()
             layer.refresh()
+
+    def parts(self) -> dict[str, StatePart]:
+        """The committed state of all contacts, for a checkpoint."""
+        parts: dict[str, StatePart] = {}
+        for name, contact in zip(self.names, self.rigid, strict=True):
+            parts |= under(name, contact.parts())
+        for number, layer in enumerate(self.layers):
+            parts |= under(numbered("interface", number), layer.parts())
+        for number, control in enumerate(self.controls):
+            parts[numbered("control", number)] = control.part()
+        return parts
 
     def augment(self) -> tuple[float, int] | None:
         """Update the multipliers of contacts that penetrate too far.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx import compat, motion
 from ncf_fenicsx.contracts import Tool
 from ncf_fenicsx.rigid_contact import RigidContact
+from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 
@@ -63,6 +64,17 @@ class ForceControl:
         self._velocity = (self.contact.heave - self._heave) / size if size and self.active else 0.0
         self._heave = self.contact.heave
         self._committed_force = self.copies * float(self.contact.force()[2])
+
+    def part(self) -> StatePart:
+        """The committed state, for a checkpoint."""
+        return StatePart(Place.EVERYWHERE, self._numbers, self._recall)
+
+    def _numbers(self) -> Floats:
+        return np.array([self._segment, self._start, self._committed_force, self._heave, self._velocity])
+
+    def _recall(self, rows: Floats) -> None:
+        self._segment = int(rows[0])
+        self._start, self._committed_force, self._heave, self._velocity = (float(value) for value in rows[1:])
 
     def _start_of(self, time: float) -> float:
         """Force in N at the start of the segment that ends at or after a time (s)."""

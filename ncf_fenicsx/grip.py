@@ -10,8 +10,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ncf_fenicsx.faces import Face
+from ncf_fenicsx.state_parts import Place, StatePart
+
+Floats = NDArray[np.float64]
 
 
 class Grip:
@@ -35,6 +39,13 @@ class Grip:
     def note(self) -> None:
         """Remember which nodes are in contact now."""
         self._closed = np.where(self.face.values(self._pressure) > 0, 1.0, 0.0)
+
+    def part(self) -> StatePart:
+        """Where contact was at the end of the last step, for a checkpoint."""
+        return StatePart(Place.NODES, lambda: self._closed, self._recall)
+
+    def _recall(self, rows: Floats) -> None:
+        self._closed = rows.ravel()
 
     def hold(self) -> None:
         """Keep those."""

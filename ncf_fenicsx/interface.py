@@ -24,6 +24,7 @@ from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.memory import Memory
 from ncf_fenicsx.pairing import Pairing
 from ncf_fenicsx.scene_stack import OneSided
+from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -145,6 +146,11 @@ class LayerContact:
         """Accept the trial state, before the body's start moves on."""
         self.slip = self.slipped()
         self.memory.commit()
+
+    def parts(self) -> dict[str, StatePart]:
+        """The committed state, for a checkpoint."""
+        slip = StatePart(Place.NODES, lambda: self.slip, lambda rows: np.copyto(self.slip, rows))
+        return {"slip": slip} | self.memory.parts()
 
     def update(self) -> None:
         """Pair anew in the present configuration, with its normals."""

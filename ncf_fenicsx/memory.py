@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ncf_fenicsx.faces import Face
+from ncf_fenicsx.state_parts import Place, StatePart
+
+Floats = NDArray[np.float64]
 
 
 class Memory:
@@ -47,8 +53,18 @@ class Memory:
         """Give all fields their values of the present state, each of which may depend on all old ones."""
         values = {name: self.face.values(form).ravel() for name, form in self._updates.items()}
         for name, value in values.items():
-            self.fields[name].x.array[:] = value
-            self._committed[name] = value
+            self._set(name, value)
+
+    def parts(self) -> dict[str, StatePart]:
+        """The committed values, for a checkpoint."""
+        return {name: self._part(name) for name in self.fields}
+
+    def _part(self, name: str) -> StatePart:
+        return StatePart(Place.NODES, lambda: self._committed[name], lambda rows: self._set(name, rows.ravel()))
+
+    def _set(self, name: str, values: Floats) -> None:
+        self._committed[name] = values
+        self.fields[name].x.array[:] = values
 
     def rollback(self) -> None:
         """Return to the committed values."""

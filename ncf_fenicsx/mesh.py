@@ -45,6 +45,19 @@ class StackMesh:
     extent: float
     cautions: list[str]
 
+    @property
+    def cell_numbers(self) -> Integers:
+        """Number of each local cell before the mesh was shared out among ranks."""
+        numbers: Integers = np.asarray(self.mesh.topology.original_cell_index, dtype=np.int64)
+        return numbers
+
+    def node_numbers(self, space: Any) -> Integers:
+        """Number of each local node of a P1 space before the mesh was shared out among ranks."""
+        index_map = space.dofmap.index_map
+        numbers = np.empty(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
+        numbers[space.dofmap.list] = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
+        return numbers
+
     def facets(self, tag: int | str) -> Integers:
         """Local facets with a tag, or its name."""
         return self.facet_tags.find(TAGS[tag] if isinstance(tag, str) else tag)

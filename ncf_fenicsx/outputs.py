@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from pathlib import Path
@@ -12,13 +11,16 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from ncf_fenicsx.checkpoint import NAME
+from ncf_fenicsx.files import replace
 from ncf_fenicsx.gmsh_file import VTK_TO_TENSOR
+from ncf_fenicsx.history_file import HistoryFile, Row
 from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.parallel import gather_rows, on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene_errors import SceneError
 
-FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png")
+FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png", NAME)
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
@@ -62,7 +64,7 @@ class Results:
     def __init__(self, folder: Path, problem: Problem, measures: Measures) -> None:
         self.folder, self.problem, self.measures, self.comm = folder, problem, measures, problem.comm
         self.snapshots: list[tuple[float, str]] = []
-        self._header: list[str] = []
+        self._history = HistoryFile(folder / "history.csv")
         space = problem.space
         to_global = space.dofmap.index_map.local_to_global
         cells = space.dofmap.list[: len(problem.stack.layer)]
@@ -73,24 +75,26 @@ class Results:
 
     def text(self, name: str, content: str) -> None:
         """Write a text file."""
-        on_root(self.comm, lambda: (self.folder / name).write_text(content, encoding="utf-8"))
+        on_root(self.comm, lambda: _write_text(self.folder / name, content))
 
     def record(self, record: dict[str, Any]) -> None:
         """Write ``run.json``."""
         self.text("run.json", json.dumps(record, indent=2) + "\n")
 
-    def append(self, row: dict[str, float]) -> None:
+    def append(self, row: Row) -> None:
         """Add a row to ``history.csv``; it is on the disk when this returns."""
-        on_root(self.comm, lambda: self._append(row))
+        on_root(self.comm, lambda: self._history.append(row))
 
-    def _append(self, row: dict[str, float]) -> None:
-        mode = "a" if self._header else "w"
-        with (self.folder / "history.csv").open(mode, newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, self._header or list(row))
-            if not self._header:
-                self._header = list(row)
-                writer.writeheader()
-            writer.writerow(row)
+    def resume(self, rows: int, snapshots: list[tuple[float, str]]) -> list[Row]:
+        """Go on after a number of rows and some field files, without what was written after them; those rows."""
+        self.snapshots = [(time, name) for time, name in snapshots]
+        return on_root(self.comm, lambda: self._cut(rows))
+
+    def _cut(self, rows: int) -> list[Row]:
+        kept = {self.folder / name for _, name in self.snapshots}
+        for file in {*(self.folder / "fields").glob("*.vtu")} - kept:
+            file.unlink()
+        return self._history.cut(rows)
 
     def fields(self, time: float) -> None:
         """Write the committed fields for ParaView: one file, and the collection that lists all of them."""
@@ -113,8 +117,12 @@ class Results:
         vtk = self._cells[:, VTK_TO_TENSOR]  # its own inverse
         data = {key: [value] for key, value in cells.items()} | {"layer": [self._layer + 1]}
         mesh = meshio.Mesh(self._points, [("hexahedron", vtk)], nodes, data)
-        mesh.write(self.folder / name)
+        replace(self.folder / name, mesh.write)
         self.snapshots.append((time, name))
         entries = "".join(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>\n' for time, name in self.snapshots)
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
-        (self.folder / "fields.pvd").write_text(f"{head}{entries}</Collection>\n</VTKFile>\n", encoding="utf-8")
+        _write_text(self.folder / "fields.pvd", f"{head}{entries}</Collection>\n</VTKFile>\n")
+
+
+def _write_text(path: Path, content: str) -> None:
+    replace(path, lambda beside: beside.write_text(content, encoding="utf-8"))

@@ -20,6 +20,7 @@ from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.material import Clock, Material, Solid, Volumes
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.state_parts import Place, StatePart, under
 from ncf_fenicsx.states import States, at_corners, at_quadrature_points
 from ncf_fenicsx.supports import hold
 from ncf_fenicsx.symbols import FormSymbols
@@ -200,6 +201,26 @@ class Problem:
         self.displacement.x.array[:] = self.start.x.array
         self.contacts.rollback(time)
         self._set_time(time, 0.0)
+
+    def parts(self) -> dict[str, StatePart]:
+        """The committed state, for a checkpoint."""
+        start = self.start.x.array
+        parts = {
+            "displacement": StatePart(Place.NODES, lambda: start, lambda rows: np.copyto(start, rows.ravel())),
+            "velocity": StatePart(
+                Place.NODES, lambda: self._velocity, lambda rows: np.copyto(self._velocity, rows.ravel())
+            ),
+        }
+        parts |= under("state", self.states.parts())
+        if self.face_states is not None:
+            parts |= under("face_state", self.face_states.parts())
+        return parts | self.contacts.parts()
+
+    def resume(self, time: float) -> None:
+        """Go on from a committed state that has been read back, at a time (s)."""
+        self.rollback(time)
+        self.contacts.update()
+        self._segments = self._segments_at(time)
 
     def _segments_at(self, time: float) -> list[int]:
         """Number of each tool's segment that ends at or after a time (s)."""

@@ -15,6 +15,7 @@ from ncf_fenicsx.faces import Face
 from ncf_fenicsx.grip import Grip
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.memory import Memory
+from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 
@@ -102,6 +103,14 @@ class RigidContact:
         self.memory.rollback()
         self.heave = self._committed_heave
         self._set_time(time, time)
+
+    def parts(self) -> dict[str, StatePart]:
+        """The committed state, for a checkpoint."""
+        heave = StatePart(Place.EVERYWHERE, lambda: np.array([self._committed_heave]), self._set_heave)
+        return {"heave": heave, "grip": self.grip.part()} | self.memory.parts()
+
+    def _set_heave(self, rows: Floats) -> None:
+        self._committed_heave = float(rows[0])
 
     def shift(self, height: float) -> None:
         """Raise the surface by a height (m) within the step."""

@@ -53,6 +53,10 @@ class Output(Settings):
     """What a run writes."""
 
     fields_every: PositiveInt = parameter(1, description="accepted steps between field files; the last is always one")
+    checkpoint_every: PositiveInt | None = parameter(
+        None, description="accepted steps between checkpoints, beside those by time"
+    )
+    checkpoint_interval: PositiveTime = parameter("60 s", description="wall time between checkpoints; one at the end")
     picture: bool = parameter(True, description="draw summary.png")
     permeability: Annotated[PermeabilityLaw, Choice("permeability", "gebart")] | None = parameter(
         None, description="permeability as fields; none unless given"

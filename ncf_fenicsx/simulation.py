@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import platform
-import resource
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import dolfinx
-import numpy as np
 from mpi4py import MPI
 
-import ncf_fenicsx
-from ncf_fenicsx import solver
+from ncf_fenicsx.checkpoint import NAME, Checkpoint
+from ncf_fenicsx.interruption import Interruption
 from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.outputs import Results, check_folder, prepare_folder
@@ -21,6 +17,7 @@ from ncf_fenicsx.parallel import on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
 from ncf_fenicsx.report import draw_summary
+from ncf_fenicsx.run_record import record
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.solver import Newton, Outcome
 from ncf_fenicsx.stepping import Ending, March, StepControl, march
@@ -49,7 +46,13 @@ class Result:
     history: list[dict[str, float]]
 
 
-def run(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WORLD, overwrite: bool = False) -> Result:
+def run(
+    scene: Scene,
+    folder: str | Path,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    overwrite: bool = False,
+    restart: bool = False,
+) -> Result:
     """Run a scene on all ranks of ``comm`` and write its results.
 
     Args:
@@ -57,23 +60,26 @@ def run(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WORLD, overw
         folder: for results; made if it does not exist.
         comm: ranks that share the work.
         overwrite: whether results in the folder may be replaced.
+        restart: whether to go on from the checkpoint in the folder, or from the start where it has none yet.
 
     Raises:
         SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
+        ResultError: results could not be written; what was written before stays.
     """
-    return Simulation(scene, Path(folder), comm, overwrite).run()
+    return Simulation(scene, Path(folder), comm, overwrite, restart).run()
 
 
 class Simulation:
     """One run: its problem, solver, files and clock."""
 
-    def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool) -> None:
+    def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool = False) -> None:
         self.scene, self.comm, self.phases = scene, comm, Phases()
         self.milestones = scene.milestones
-        self.progress = Progress(self.milestones[-1], comm)
+        self.progress, self.interruption = Progress(self.milestones[-1], comm), Interruption(comm)
+        self._restarts = restart and on_root(comm, (folder / NAME).is_file)
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
-        on_root(comm, lambda: check_folder(folder, overwrite))
+        on_root(comm, lambda: check_folder(folder, overwrite or restart))
         for caution in (*scene.cautions, *stack.cautions):
             self.progress.note(f"caution: {caution}")
         self.progress.note("compiling forms: seconds the first time, none after")
@@ -81,23 +87,33 @@ class Simulation:
             self.problem = Problem(scene, stack)
             self.problem.contacts.check_start()
             self.measures = Measures(self.problem)
-            self.newton = Newton(self.problem, scene.solver, self.phases)
-        on_root(comm, lambda: prepare_folder(folder))
+            self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
+        if not self._restarts:
+            on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
+        self.checkpoint = Checkpoint(folder, self.problem)
         self.history: list[dict[str, float]] = []
         self.iterations = 0
-        self._cuts_before = 0
+        self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
 
     def run(self) -> Result:
         """March through the path, then close all files."""
-        with self.progress:
-            ended = self.settle()
+        with self.progress, self.interruption:
+            ended = self._resume() if self._restarts else self._start()
             if ended.ending is Ending.DONE:
-                self.accept(March(), 0.0, self._settled)
-                ended = march(step_control(self.scene), self.milestones, self.attempt, self.accept)
-        self.finish(ended)
+                ended = march(step_control(self.scene), self.milestones, self.attempt, self.accept, ended)
+            self.finish(ended)
         return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
+
+    def _start(self) -> March:
+        """The march at time 0, the stack at rest."""
+        settled, control = self.settle(), step_control(self.scene)
+        if settled.ending is not Ending.DONE:
+            return settled
+        start = March(size=min(control.first, control.largest))
+        self.accept(start, 0.0, self._settled)
+        return start
 
     def settle(self) -> March:
         """Bring the stack to rest under its weight, in parts of it where all at once fails."""
@@ -125,7 +141,7 @@ class Simulation:
         self.iterations += outcome.iterations
         defect = self.problem.defect() if outcome.converged else None
         if defect is not None:
-            outcome = Outcome(False, outcome.iterations, defect)
+            outcome = replace(outcome, converged=False, reason=defect)
         if not outcome.converged:
             self.problem.rollback(time)
         return outcome
@@ -142,8 +158,8 @@ class Simulation:
             outcome = outcome.followed_by(self.newton.solve(patience))
         return outcome
 
-    def accept(self, progress: March, size: float, outcome: solver.Outcome) -> None:
-        """Commit a step, measure it and write it down."""
+    def accept(self, progress: March, size: float, outcome: Outcome) -> None:
+        """Commit a step, measure it, write it down and save it where that is due."""
         with self.phases("output"):
             residual = self.newton.evaluate_residual()
             measured = self.measures.observe(residual)
@@ -154,6 +170,7 @@ class Simulation:
             last = progress.time == self.milestones[-1]
             if progress.steps % self.scene.output.fields_every == 0 or last:
                 self.results.fields(progress.time)
+            self._save_if_due(progress)
         self.progress.show(row)
 
     def finish(self, ended: March) -> None:
@@ -162,40 +179,58 @@ class Simulation:
         with self.phases("output"):
             if self.history and self.comm.bcast(not written or written[-1] != ended.time):
                 self.results.fields(ended.time)
-        memory = self.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-        self.results.record(self._record(ended, memory))
+            if self.history:
+                self._save(ended)
+        self.results.record(record(self.problem, ended, self.iterations, self.phases))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
+
+    def _save_if_due(self, progress: March) -> None:
+        """Save a checkpoint where the scene's number of steps or its interval has passed since the last."""
+        output, now = self.scene.output, time.monotonic()
+        due = output.checkpoint_every is not None and progress.steps % output.checkpoint_every == 0
+        if self.comm.bcast(due or now - self._saved_at >= output.checkpoint_interval):
+            self._save(progress)
+
+    def _save(self, progress: March) -> None:
+        self.checkpoint.save(
+            {
+                "time": progress.time,
+                "size": progress.size,
+                "steps": progress.steps,
+                "cuts": progress.cuts,
+                "iterations": self.iterations,
+                "cuts_before": self._cuts_before,
+                "seconds": self._seconds,
+                "rows": len(self.history),
+                "snapshots": self.results.snapshots,
+            }
+        )
+        self._saved_at = time.monotonic()
+
+    def _resume(self) -> March:
+        """The march of the checkpoint, its state and its results."""
+        saved = self.checkpoint.load()
+        self.history = self.results.resume(saved["rows"], saved["snapshots"])
+        self.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
+        self._seconds_before = saved["seconds"]
+        self.progress.note(f"going on from {saved['time']:.6g} s")
+        return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])
+
+    @property
+    def _seconds(self) -> float:
+        """Wall time of the run in s, with what it took before it was restarted."""
+        return self._seconds_before + self.phases.total
 
     def _row(self, progress: March, size: float, outcome: Outcome, measured: dict[str, float]) -> dict[str, float]:
         when = {"time": progress.time, "time_step": size}
         cost = {
             "newton_iterations": outcome.iterations,
             "step_cuts": progress.cuts - self._cuts_before,
-            "wall_time": self.phases.total,
+            "wall_time": self._seconds,
         }
         self._cuts_before = progress.cuts
         return when | measured | cost
-
-    def _record(self, ended: March, memory: float) -> dict[str, Any]:
-        return {
-            "title": self.scene.title,
-            "settings": self.scene.table(),
-            "ending": ended.ending.value,
-            "reason": ended.reason,
-            "time": ended.time,
-            "steps": ended.steps,
-            "step_cuts": ended.cuts,
-            "newton_iterations": self.iterations,
-            "unknowns": 3 * self.problem.space.dofmap.index_map.size_global,
-            "cells": self.problem.mesh.topology.index_map(3).size_global,
-            "ranks": self.comm.size,
-            "seconds": {name: round(value, 3) for name, value in sorted(self.phases.seconds.items())},
-            "seconds_total": round(self.phases.total, 3),
-            "peak_memory_mb": round(memory, 1),
-            "versions": versions(),
-            "machine": f"{platform.node()}, {platform.machine()}",
-        }
 
 
 def step_control(scene: Scene) -> StepControl:
@@ -211,14 +246,3 @@ def step_control(scene: Scene) -> StepControl:
         target_iterations=settings.target_iterations,
         max_steps=settings.max_steps,
     )
-
-
-def versions() -> dict[str, str]:
-    """Versions of what computed a result."""
-    return {
-        "ncf_fenicsx": ncf_fenicsx.__version__,
-        "dolfinx": dolfinx.__version__,
-        "petsc": solver.petsc_version(),
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-    }

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
 from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 
@@ -49,6 +50,14 @@ class States:
         trials = {name: self.trial(name) for name in self._updates}
         for name, values in trials.items():
             self.fields[name].x.array[self._space.dofmap.list] = values
+
+    def parts(self) -> dict[str, StatePart]:
+        """The committed states, for a checkpoint."""
+        return {name: self._part(field.x.array) for name, field in self.fields.items()}
+
+    def _part(self, values: Floats) -> StatePart:
+        dofs = self._space.dofmap.list
+        return StatePart(Place.CELLS, lambda: values[dofs], lambda rows: np.put(values, dofs, rows))
 
     def places(self) -> Floats:
         """Undeformed places of the points in m, shape (cells, points, 3)."""

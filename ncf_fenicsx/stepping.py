@@ -24,6 +24,10 @@ class Attempt(Protocol):
     def reason(self) -> str:
         """In words, why it holds or not."""
 
+    @property
+    def hopeless(self) -> bool:
+        """Whether no smaller step would hold either."""
+
 
 Tried = TypeVar("Tried", bound=Attempt)
 
@@ -79,6 +83,7 @@ class March:
 
     Attributes:
         time: time reached in s.
+        size: size in s of the next step to try.
         steps: accepted steps.
         cuts: steps cut so far.
         ending: how it ended.
@@ -86,6 +91,7 @@ class March:
     """
 
     time: float = 0.0
+    size: float = 0.0
     steps: int = 0
     cuts: int = 0
     ending: Ending = Ending.DONE
@@ -102,31 +108,36 @@ def march(
     milestones: list[float],
     attempt: Callable[[float, float], Tried],
     accept: Callable[[March, float, Tried], None],
+    progress: March | None = None,
 ) -> March:
-    """Step from time 0 through all milestones.
+    """Step through all milestones.
 
     Args:
         control: sizes of steps.
         milestones: times in s, ascending, that steps land on.
         attempt: tries the step from a time by a size (s), and leaves no trace if it fails.
         accept: told the march at its new time, the size of the step (s) and its attempt.
+        progress: march to go on with; from time 0 unless given.
     """
-    progress, size = March(), min(control.first, control.largest)
+    progress = progress or March(size=min(control.first, control.largest))
     for milestone in milestones:
         while progress.time < milestone:
             if progress.steps >= control.max_steps:
                 return progress.stop(f"max_steps = {control.max_steps} reached")
             remaining = milestone - progress.time
-            step = control.fit(size, remaining)
+            step = control.fit(progress.size, remaining)
             outcome = attempt(progress.time, step)
             if outcome.converged:
                 progress.time = milestone if step == remaining else progress.time + step
                 progress.steps += 1
+                reached = max(step, progress.size) if step == remaining else step
+                progress.size = control.next_size(reached, outcome.iterations)
                 accept(progress, step, outcome)
-                size = control.next_size(max(step, size) if step == remaining else step, outcome.iterations)
                 continue
+            if outcome.hopeless:
+                return progress.stop(outcome.reason)
             progress.cuts += 1
-            size = control.cut * step
-            if size < control.smallest:
+            progress.size = control.cut * step
+            if progress.size < control.smallest:
                 return progress.stop(f"{outcome.reason}, even with the smallest time step ({step:.3g} s)")
     return progress

@@ -10,7 +10,7 @@ from ncf_fenicsx.parts import families, kinds
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ORDER = (
-    ("units", "scene_errors", "parallel", "timing", "machine"),
+    ("units", "scene_errors", "parallel", "timing", "machine", "files", "state_parts", "interruption"),
     ("parts",),
     ("motion", "kinematics"),
     ("contact",),
@@ -18,7 +18,7 @@ ORDER = (
     ("laws", "tools"),
     ("scene_laws", "scene_stack"),
     ("scene",),
-    ("hexahedra", "compat", "material", "mortar", "mirror", "surface_lines"),
+    ("history_file", "hexahedra", "compat", "material", "mortar", "mirror", "surface_lines"),
     ("placement", "gmsh_file", "states", "symbols", "fabric", "faces", "surfaces"),
     ("mesh", "body", "memory"),
     ("pairing", "grip", "supports"),
@@ -28,7 +28,7 @@ ORDER = (
     ("contacts",),
     ("problem",),
     ("solver", "stepping", "contact_measures"),
-    ("measures", "sections"),
+    ("measures", "sections", "checkpoint", "run_record"),
     ("outputs", "progress", "report", "reference", "preview"),
     ("simulation", "benchmark"),
     ("cli",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -43,10 +44,18 @@ class Newton:
         system: what is solved.
         settings: tolerances and limits.
         phases: clock that assembly and linear solution are booked on.
+        interrupted: in words, why to end at once, on all ranks; None to go on.
     """
 
-    def __init__(self, system: System, settings: Settings, phases: Phases) -> None:
-        self.system, self.settings, self.phases = system, settings, phases
+    def __init__(
+        self,
+        system: System,
+        settings: Settings,
+        phases: Phases,
+        interrupted: Callable[[], str | None] = lambda: None,
+    ) -> None:
+        self.system, self.settings, self.phases, self._interrupted = system, settings, phases, interrupted
+        self._interruption: str | None = None
         self.vector = fem_petsc.create_vector(system.residual_form)
         self.unknown = self.vector.duplicate()
         self.load = 0.0
@@ -71,6 +80,8 @@ class Newton:
         with self.phases("solve"):
             reason = self._run()
         self._take(self.unknown)
+        if self._interruption is not None:
+            return Outcome(False, self.snes.getIterationNumber(), self._interruption, hopeless=True)
         words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
         unbalanced = f"{words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
         return Outcome(reason > 0, self.snes.getIterationNumber(), unbalanced)
@@ -154,6 +165,9 @@ class Newton:
         residual = norms[2]
         if not np.isfinite(residual):
             return reasons.DIVERGED_FNORM_NAN
+        self._interruption = self._interrupted()
+        if self._interruption is not None:
+            return reasons.DIVERGED_INNER
         if iteration and self._small(residual, snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)):
             return reasons.CONVERGED_FNORM_ABS
         return reasons.DIVERGED_MAX_IT if iteration >= self._most else reasons.ITERATING

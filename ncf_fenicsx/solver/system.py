@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -117,12 +117,14 @@ class Outcome:
         converged: whether the solution holds.
         iterations: Newton iterations.
         reason: in words, why it ended.
+        hopeless: whether no smaller step would hold either.
     """
 
     converged: bool
     iterations: int
     reason: str
+    hopeless: bool = False
 
     def followed_by(self, later: Outcome) -> Outcome:
         """This solve and one after it, as one."""
-        return Outcome(later.converged, self.iterations + later.iterations, later.reason)
+        return replace(later, iterations=self.iterations + later.iterations)
