@@ -79,8 +79,9 @@ class ContactMeasures:
         for number, rigid in enumerate(self.rigid):
             names = (numbered(name, number) if number < tools else f"mould_{name}" for name in RIGID_COLUMNS)
             row |= dict(zip(names, rigid.columns(), strict=True))
+        displacement = self.problem.displacement.x.array.reshape(-1, 3)
         for number, (face, whole) in enumerate(self.faces):
-            values = self._waves(face, whole)
+            values = dict(zip(WAVE_COLUMNS, self._waves(face, whole, displacement), strict=True))
             if number in self._contact_of:
                 values = self._opening(face, whole, self._contact_of[number]) | values
             row |= {f"{name}_{number + 1}": value for name, value in values.items()}
@@ -107,12 +108,16 @@ class ContactMeasures:
         values = [open_.widest_opening, volume, open_.longest, float(slip.max()), float(pressure.max()), deepest]
         return dict(zip(OPENING_COLUMNS, values, strict=True))
 
-    def _waves(self, face: SharedFace, whole: WholeFace) -> dict[str, float]:
-        """Values of `WAVE_COLUMNS`."""
-        deflection = face.gather(self.problem.displacement.x.array.reshape(-1, 3))[whole.source, 2]
+    def _waves(self, face: SharedFace, whole: WholeFace, displacement: Floats) -> list[float]:
+        """Values of `WAVE_COLUMNS` of a displacement in m at this rank's local nodes, shape (nodes, 3)."""
+        deflection = face.gather(displacement)[whole.source, 2]
         waves = wrinkles(whole.places(face.undeformed)[:, :2], deflection)
-        values = [waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
-        return dict(zip(WAVE_COLUMNS, values, strict=True))
+        return [waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
+
+    def wavelength(self, displacement: Floats) -> float:
+        """Wavelength in m of the face between layers that a displacement at this rank's local nodes deflects most."""
+        waves = [self._waves(face, whole, displacement) for face, whole in self.faces]
+        return max(waves, default=[0.0, 0.0])[1]
 
 
 class _CurrentArea:

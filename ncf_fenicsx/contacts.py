@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import ufl
+from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx.body import Body
@@ -45,6 +46,7 @@ class Contacts:
         layers: contacts between layers, equal interfaces together.
         controls: equations of the tools whose path names a force.
         pairings: how often layers were paired.
+        keeping: whether contact is kept where it was, whatever the gap.
     """
 
     def __init__(self, scene: Scene, stack: StackMesh, body: Body, area_vector: Expression) -> None:
@@ -59,7 +61,7 @@ class Contacts:
             face = Face(spaces, tags, tuple(lower_tag(layer) for layer in layers))
             self.layers.append(LayerContact(way, face, Pairing(spaces, stack, layers), body, area_vector))
         forced = [tool for tool in self.tools if tool.surface.under_force]
-        self.pairings = 0
+        self.pairings, self.keeping = 0, False
         self.controls = [ForceControl(tool, scene.stack.sides.copies) for tool in forced]
 
     @property
@@ -91,12 +93,17 @@ class Contacts:
             control.begin(time, size)
             control.touch()
         for surface in self.rigid:
-            surface.grip.hold()
+            surface.hold(time, size)
+        self._note_keeping()
 
-    def release(self) -> None:
-        """Let contact go by the gap alone, after the first linear solve of a step."""
+    def release(self, solves: int) -> None:
+        """Let contact go by the gap alone where it is kept for no more than a number of linear solves of a step."""
         for surface in self.rigid:
-            surface.grip.release()
+            surface.grip.release(solves)
+        self._note_keeping()
+
+    def _note_keeping(self) -> None:
+        self.keeping = self.body.spaces.mesh.comm.allreduce(any(surface.grip.holds for surface in self.rigid), MPI.LOR)
 
     def refresh(self) -> None:
         """Follow the present displacement."""
@@ -141,9 +148,9 @@ class Contacts:
 
     def rollback(self, time: float) -> None:
         """Return to the committed state at a time (s)."""
-        self.release()
         for surface in self.rigid:
             surface.rollback(time)
+        self._note_keeping()
         for layer in self.layers:
             layer.memory.rollback()
             layer.refresh()

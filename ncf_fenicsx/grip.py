@@ -1,8 +1,10 @@
-"""Contact kept where it was, for the first linear solve of a step.
+"""Contact kept where it was, for the first linear solves of a step.
 
 Penetrations are a thousand times smaller than what a tool moves in a step. Judged by the gap right after that motion,
 all of a contact would open at once, and the first linear solve would let the pressed stack spring back. So that solve
-keeps the nodes in contact that were so at the end of the last step; all after it go by the gap.
+keeps the nodes in contact that were so at the end of the last step. So does the one after it, for what the first one
+left out, of second order in the motion, is still far more than a penetration: of two nodes one would let go for
+nothing. All solves after go by the gap. A tool that retreats would pull the fabric along: contact is kept for one only.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ class Grip:
     def __init__(self, face: Face) -> None:
         self.face, self.kept = face, face.spaces.scalar()
         self._closed = np.zeros_like(self.kept.x.array)
+        self._solves = 0
 
     def follow(self, pressure: Any) -> None:
         """Take the contact pressure, a compiled density over the face in Pa."""
@@ -47,10 +50,17 @@ class Grip:
     def _recall(self, rows: Floats) -> None:
         self._closed = rows.ravel()
 
-    def hold(self) -> None:
-        """Keep those."""
+    def hold(self, solves: int) -> None:
+        """Keep those for a number of linear solves."""
         self.kept.x.array[:] = self._closed
+        self._solves = solves
 
-    def release(self) -> None:
-        """Keep none: contact goes by the gap."""
-        self.kept.x.array[:] = 0.0
+    @property
+    def holds(self) -> bool:
+        """Whether contact is kept at any of this rank's nodes."""
+        return bool(self.kept.x.array.any())
+
+    def release(self, solves: int) -> None:
+        """Keep none after as many linear solves: contact goes by the gap."""
+        if solves >= self._solves:
+            self.kept.x.array[:] = 0.0

@@ -20,7 +20,7 @@ from ncf_fenicsx.parallel import gather_rows, on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene_errors import SceneError
 
-FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png", NAME)
+FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png", "critical_mode.vtu", NAME)
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
@@ -105,23 +105,33 @@ class Results:
         cell_data = {name: gather_rows(self.comm, values) for name, values in self.measures.cells.items()}
         on_root(self.comm, lambda: self._write_fields(time, point_data, cell_data))
 
+    def mode(self, mode: NDArray[np.float64]) -> None:
+        """Write ``critical_mode.vtu``, a mode at this rank's local nodes of shape (nodes, 3)."""
+        gathered = gather_rows(self.comm, mode[: self._owned])
+        on_root(self.comm, lambda: self._write_mesh("critical_mode.vtu", {"critical_mode": gathered}, {}))
+
     def _write_fields(
         self,
         time: float,
         nodes: dict[str, NDArray[np.float64] | None],
         cells: dict[str, NDArray[np.float64] | None],
     ) -> None:
-        assert self._cells is not None
-        assert self._layer is not None
         name = f"fields/{len(self.snapshots):04d}.vtu"
-        vtk = self._cells[:, VTK_TO_TENSOR]  # its own inverse
-        data = {key: [value] for key, value in cells.items()} | {"layer": [self._layer + 1]}
-        mesh = meshio.Mesh(self._points, [("hexahedron", vtk)], nodes, data)
-        replace(self.folder / name, mesh.write)
+        self._write_mesh(name, nodes, cells)
         self.snapshots.append((time, name))
         entries = "".join(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>\n' for time, name in self.snapshots)
         head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'
         _write_text(self.folder / "fields.pvd", f"{head}{entries}</Collection>\n</VTKFile>\n")
+
+    def _write_mesh(
+        self, name: str, nodes: dict[str, NDArray[np.float64] | None], cells: dict[str, NDArray[np.float64] | None]
+    ) -> None:
+        assert self._cells is not None
+        assert self._layer is not None
+        vtk = self._cells[:, VTK_TO_TENSOR]  # its own inverse
+        data = {key: [value] for key, value in cells.items()} | {"layer": [self._layer + 1]}
+        mesh = meshio.Mesh(self._points, [("hexahedron", vtk)], nodes, data)
+        replace(self.folder / name, mesh.write)
 
 
 def _write_text(path: Path, content: str) -> None:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ncf_fenicsx import compat, motion
 from ncf_fenicsx.body import Body
 from ncf_fenicsx.contacts import Contacts
+from ncf_fenicsx.defects import Defects
 from ncf_fenicsx.fabric import Fabric
 from ncf_fenicsx.faces import NodalSpaces
-from ncf_fenicsx.hexahedra import place
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.material import Clock, Material, Solid, Volumes
 from ncf_fenicsx.mesh import StackMesh
@@ -46,6 +46,7 @@ class Problem:
         states: committed state fields at quadrature points.
         face_states: the same at the corners of cells; None unless a contact asks for the layer's own pressure there.
         contacts: tools, mould and layers on each other.
+        defects: finds what makes a trial state impossible.
         terms: named terms of the residual; their sum is what is solved.
         symmetric: whether the tangent is symmetric.
         weight_share: constant, the share of its weight that the stack carries while it settles; 1 after.
@@ -73,6 +74,7 @@ class Problem:
         self.terms = self._terms()
         self.residual_form = compat.compile_form(sum(self.terms.values()))
         self.tangent_form = compat.compile_form(self._tangent())
+        self.defects = Defects(stack, self.displacement, _points_of_volumes(), self.states, scene.packing_limit)
         self._velocity = np.zeros_like(self.start.x.array)
         self._segments = self._segments_at(0.0)
         self._set_time(0.0, 0.0)
@@ -166,23 +168,6 @@ class Problem:
         self.contacts.begin(time, size)
         self.contacts.refresh()
 
-    def defect(self) -> str | None:
-        """Why the trial state is impossible, in words; None if it is possible."""
-        if "volume_fraction" not in self.states.fields:
-            return None
-        trial, (limit, whose) = self.states.trial("volume_fraction"), self.scene.packing_limit
-        wrong = np.argwhere(~((trial > 0) & (trial < limit)))
-        counts = self.comm.allgather(len(wrong))
-        if not any(counts):
-            return None
-        places = self.states.places()  # compiles on all ranks together
-        words = [self._name(trial, places, cell, point) for cell, point in wrong[:1]]
-        first = next(found[0] for found in self.comm.allgather(words) if found)
-        return f"fibre volume fraction outside (0, {limit:.4g}) ({whose}) at {sum(counts)} points, such as {first}"
-
-    def _name(self, trial: Floats, places: Floats, cell: int, point: int) -> str:
-        return f"{trial[cell, point]:.3g} at {place(places[cell, point])} in layer {self.stack.layer[cell] + 1}"
-
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""
         trial = self.displacement.x.array
@@ -233,6 +218,11 @@ class Problem:
         self.clock.inverse_time_step.value = 1 / size if size else 0.0
         speeds = [motion.closing_speed(tool.path, time) for tool in self.scene.tool] if size else []
         self.clock.process_speed.value = max(speeds, key=abs, default=0.0)
+
+
+def _points_of_volumes() -> Floats:
+    """Reference points of a cell that its volume is integrated with, in the order of the states there."""
+    return np.asarray(basix.make_quadrature(basix.CellType.hexahedron, QUADRATURE_DEGREE)[0])
 
 
 def _volumes(mesh: Any) -> Volumes:

@@ -19,6 +19,9 @@ from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 
+KEEPING_SOLVES = 2
+"""Linear solves at the start of a step that keep contact where it was."""
+
 
 class RigidContact:
     """Contact of a face with a tool or a mould.
@@ -92,6 +95,11 @@ class RigidContact:
         if self._normal is not None:
             self._normal.x.array[:] = self.face.values(self._normal_form).ravel()
 
+    def hold(self, time: float, size: float) -> None:
+        """Keep contact where it was for the first linear solves of that step."""
+        before, now = self._tip_at(time), self._tip_at(time + size)
+        self.grip.hold(1 if now[2] > before[2] else KEEPING_SOLVES)
+
     def commit(self, time: float) -> None:
         """Accept the trial state at a time (s)."""
         self.memory.commit()
@@ -101,6 +109,7 @@ class RigidContact:
     def rollback(self, time: float) -> None:
         """Return to the committed state at a time (s)."""
         self.memory.rollback()
+        self.grip.release(KEEPING_SOLVES)
         self.heave = self._committed_heave
         self._set_time(time, time)
 
@@ -121,18 +130,22 @@ class RigidContact:
     def _set_time(self, before: float, now: float) -> None:
         """Place the surface; tell friction how it moved since ``before`` (s)."""
         surface = self.surface
-        if isinstance(surface, Mould):
-            self.tip.value[:] = surface.tip(self.rest)
-        if not isinstance(surface, Tool):
-            return
-        old, new = (surface.tip(self.rest, time) for time in (before, now))
+        old, new = self._tip_at(before), self._tip_at(now)
         heaved = np.array([0.0, 0.0, self.heave])
         self.tip.value[:] = new + heaved
         self._advance.value[:] = new - old + heaved - [0.0, 0.0, self._committed_heave]
-        if surface.axle is not None:
+        if isinstance(surface, Tool) and surface.axle is not None:
             path = surface.path
             x, y, _ = np.subtract(motion.rolled(path, now), motion.rolled(path, before)) / surface.axle
             self._turn.value[:] = (-y, x, 0.0)
+
+    def _tip_at(self, time: float) -> Floats:
+        """Place of the surface's tip at a time (s) in m, without what forces add to its height."""
+        surface = self.surface
+        if isinstance(surface, Tool):
+            return np.asarray(surface.tip(self.rest, time))
+        assert isinstance(surface, Mould)
+        return np.asarray(surface.tip(self.rest))
 
     def depth_at_start(self) -> float:
         """How far (m) the surface would have to move away along z, for the undeformed fabric to be free of it."""

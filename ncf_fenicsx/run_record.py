@@ -16,7 +16,9 @@ from ncf_fenicsx.stepping import March
 from ncf_fenicsx.timing import Phases
 
 
-def record(problem: Problem, ended: March, iterations: int, phases: Phases) -> dict[str, Any]:
+def record(
+    problem: Problem, ended: March, iterations: int, phases: Phases, instability: dict[str, float] | None
+) -> dict[str, Any]:
     """Contents of ``run.json``; collective.
 
     Args:
@@ -24,6 +26,7 @@ def record(problem: Problem, ended: March, iterations: int, phases: Phases) -> d
         ended: how the march through time ended.
         iterations: Newton iterations, those of failed steps included.
         phases: clock of the run.
+        instability: where the run lost stability first; None if it did not.
     """
     memory = problem.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     return {
@@ -35,6 +38,7 @@ def record(problem: Problem, ended: March, iterations: int, phases: Phases) -> d
         "steps": ended.steps,
         "step_cuts": ended.cuts,
         "newton_iterations": iterations,
+        "loss_of_stability": instability,
         "unknowns": 3 * problem.space.dofmap.index_map.size_global,
         "cells": problem.mesh.topology.index_map(3).size_global,
         "ranks": problem.comm.size,

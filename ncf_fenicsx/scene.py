@@ -57,6 +57,9 @@ class Output(Settings):
         None, description="accepted steps between checkpoints, beside those by time"
     )
     checkpoint_interval: PositiveTime = parameter("60 s", description="wall time between checkpoints; one at the end")
+    critical_mode: bool = parameter(
+        False, description="write the mode in which stability is lost first, where the tangent is symmetric"
+    )
     picture: bool = parameter(True, description="draw summary.png")
     permeability: Annotated[PermeabilityLaw, Choice("permeability", "gebart")] | None = parameter(
         None, description="permeability as fields; none unless given"

@@ -95,6 +95,7 @@ class Simulation:
         self.checkpoint = Checkpoint(folder, self.problem)
         self.history: list[dict[str, float]] = []
         self.iterations = 0
+        self.instability: dict[str, float] | None = None
         self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
 
     def run(self) -> Result:
@@ -139,7 +140,7 @@ class Simulation:
         self.problem.begin(time, size)
         outcome = self._solve(patience)
         self.iterations += outcome.iterations
-        defect = self.problem.defect() if outcome.converged else None
+        defect = self.problem.defects.find() if outcome.converged else None
         if defect is not None:
             outcome = replace(outcome, converged=False, reason=defect)
         if not outcome.converged:
@@ -163,6 +164,8 @@ class Simulation:
         with self.phases("output"):
             residual = self.newton.evaluate_residual()
             measured = self.measures.observe(residual)
+            if self.instability is None and outcome.negative_pivots:
+                self.instability = self._lost_stability(progress.time, outcome.negative_pivots)
             self.problem.commit(size)
             row = self._row(progress, size, outcome, measured)
             self.history.append(row)
@@ -173,6 +176,16 @@ class Simulation:
             self._save_if_due(progress)
         self.progress.show(row)
 
+    def _lost_stability(self, when: float, pivots: int) -> dict[str, float]:
+        """Say where the run loses stability first; with its mode if the scene asks for it."""
+        found: dict[str, float] = {"time": when, "negative_pivots": pivots}
+        if self.scene.output.critical_mode and (pair := self.newton.critical_mode()) is not None:
+            value, mode = pair
+            self.results.mode(mode)
+            found |= {"eigenvalue": value, "wavelength": self.measures.contacts.wavelength(mode)}
+        self.progress.note(f"caution: stability is lost at {when:.6g} s ({pivots} negative pivots of the tangent)")
+        return found
+
     def finish(self, ended: March) -> None:
         """Write the last good state, the record of the run and the picture."""
         written = [time for time, _ in self.results.snapshots]
@@ -181,7 +194,7 @@ class Simulation:
                 self.results.fields(ended.time)
             if self.history:
                 self._save(ended)
-        self.results.record(record(self.problem, ended, self.iterations, self.phases))
+        self.results.record(record(self.problem, ended, self.iterations, self.phases, self.instability))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 
@@ -204,6 +217,7 @@ class Simulation:
                 "seconds": self._seconds,
                 "rows": len(self.history),
                 "snapshots": self.results.snapshots,
+                "instability": self.instability,
             }
         )
         self._saved_at = time.monotonic()
@@ -213,6 +227,7 @@ class Simulation:
         saved = self.checkpoint.load()
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
         self.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
+        self.instability = saved["instability"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
         return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])
@@ -230,7 +245,8 @@ class Simulation:
             "wall_time": self._seconds,
         }
         self._cuts_before = progress.cuts
-        return when | measured | cost
+        stability = {} if outcome.negative_pivots is None else {"negative_pivots": outcome.negative_pivots}
+        return when | measured | stability | cost
 
 
 def step_control(scene: Scene) -> StepControl:

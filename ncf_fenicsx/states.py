@@ -59,11 +59,6 @@ class States:
         dofs = self._space.dofmap.list
         return StatePart(Place.CELLS, lambda: values[dofs], lambda rows: np.put(values, dofs, rows))
 
-    def places(self) -> Floats:
-        """Undeformed places of the points in m, shape (cells, points, 3)."""
-        x = compat.compile_expression(compat.coordinates(self.mesh), self._points)
-        return np.asarray(x.eval(self.mesh, self._cells)).reshape(len(self._cells), -1, 3)
-
 
 def at_quadrature_points(mesh: Any, degree: int) -> Any:
     """Element with a value at each quadrature point of a degree: for volumes."""

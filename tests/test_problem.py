@@ -1,5 +1,7 @@
 """The assembled equation: what is built, trial and committed state, bending, plies, pairs."""
 
+import re
+
 import numpy as np
 import pytest
 import ufl
@@ -232,11 +234,20 @@ def test_plies_of_each_layer_stiffen_their_own_layer(table):
     assert abs(sums[1]) < 1e-4 * sums[0]
 
 
-def test_an_inverted_element_is_named(table):
+@pytest.mark.parametrize("laws", [{}, {"solid": {"kind": "split"}}], ids=["fabric", "solid"])
+def test_an_inverted_element_is_named_with_its_place(table, laws):
+    problem, _ = build(table | {"laws": laws, "interface": {"kind": "bonded"}})
+    assert problem.defects.find() is None
+    assign(problem, lambda x: np.stack([0 * x[0], 0 * x[0], np.where((x[0] > 11e-3) & (x[2] > 3e-3), -5e-3, 0)]))
+    words = problem.defects.find()
+    assert words.startswith("inverted elements, volume ratio J at ")
+    assert re.search(r"such as -\d.* at \(1[01].*\) mm in layer 2", words)
+
+
+def test_a_volume_fraction_of_one_is_no_state(table):
     problem, _ = build(table)
-    assert problem.defect() is None
-    assign(problem, lambda x: np.stack([0 * x[0], 0 * x[0], -1.5 * x[2]]))
-    assert "outside (0, 1)" in problem.defect()
+    assign(problem, lambda x: np.stack([0 * x[0], 0 * x[0], -0.7 * x[2]]))
+    assert "fibre volume fraction outside (0, 1)" in problem.defects.find()
 
 
 def test_closed_and_open_pairs_push_and_pull(table):

@@ -12,6 +12,7 @@ from petsc4py import PETSc
 
 from ncf_fenicsx.scene import Solver as Settings
 from ncf_fenicsx.solver.border import border
+from ncf_fenicsx.solver.critical_mode import critical_mode, negative_pivots
 from ncf_fenicsx.solver.system import Outcome, System
 from ncf_fenicsx.solver.tangent_matrix import TangentMatrix
 from ncf_fenicsx.timing import Phases
@@ -21,11 +22,14 @@ ADD, INSERT = PETSc.InsertMode.ADD, PETSc.InsertMode.INSERT
 FORWARD, REVERSE = PETSc.ScatterMode.FORWARD, PETSc.ScatterMode.REVERSE
 
 REASONS = {
-    PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT: "Newton's method did not converge",
     PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
     PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed: singular tangent or not enough memory",
 }
 FLOOR_INCREMENT = 1e-3
+RUNAWAY = 4.0
+"""Factor over the first increment from which on an increment shows that the step is too large."""
+RUNAWAY_FROM = 0.005
+"""Increment over the length that is no sign of that yet."""
 OPTIONS = {
     "ncf_snes_linesearch_type": "basic",
     "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
@@ -55,7 +59,8 @@ class Newton:
         interrupted: Callable[[], str | None] = lambda: None,
     ) -> None:
         self.system, self.settings, self.phases, self._interrupted = system, settings, phases, interrupted
-        self._interruption: str | None = None
+        self._given_up, self._hopeless = "", False
+        self._patience, self._first_increment = 1, 0.0
         self.vector = fem_petsc.create_vector(system.residual_form)
         self.unknown = self.vector.duplicate()
         self.load = 0.0
@@ -72,7 +77,8 @@ class Newton:
         Args:
             patience: factor on the number of iterations after which to give up.
         """
-        system, self._most = self.system, patience * self.settings.max_iterations
+        system = self.system
+        self._patience, self._given_up, self._hopeless = patience, "", False
         if self.tangent.follow_links():
             self.snes.getKSP().reset()  # the factors are those of the old pattern
             self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -80,11 +86,34 @@ class Newton:
         with self.phases("solve"):
             reason = self._run()
         self._take(self.unknown)
-        if self._interruption is not None:
-            return Outcome(False, self.snes.getIterationNumber(), self._interruption, hopeless=True)
         words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
-        unbalanced = f"{words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
-        return Outcome(reason > 0, self.snes.getIterationNumber(), unbalanced)
+        words = f"{self._given_up or words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
+        iterations = self.snes.getIterationNumber()
+        return Outcome(reason > 0, iterations, words, self._hopeless, self._negative_pivots(reason))
+
+    def _negative_pivots(self, reason: int) -> int | None:
+        """Of the last factors; None where these are no LDL^T, or there are none."""
+        if not self.system.symmetric or reason < 0:
+            return None
+        return negative_pivots(self.snes.getKSP().getPC())
+
+    def critical_mode(self) -> tuple[float, Floats] | None:
+        """Lowest eigenvalue in N/m of the tangent at the present displacement, and its mode at this rank's local nodes.
+
+        Returns:
+            None if it is not found; else the mode has 1 as its largest component, and shape (nodes, 3).
+        """
+        if self.system.last_iterate is not None:
+            self.system.last_iterate.x.array[:] = self.system.displacement.x.array
+        found = critical_mode(self.tangent.assemble(), self._held)
+        if found is None:
+            return None
+        value, vector = found
+        field = self.unknown.duplicate()
+        field.array[:] = vector.array_r / vector.norm(PETSc.NormType.NORM_INFINITY)
+        field.ghostUpdate(INSERT, FORWARD)
+        with field.localForm() as local:
+            return value, local.array_r.reshape(-1, 3).copy()
 
     def _run(self) -> int:
         """Run SNES; its reason."""
@@ -151,7 +180,7 @@ class Newton:
     def _before_step(self, x: Any, step: Any) -> None:
         """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
         del x
-        self.system.contacts.release()
+        self.system.contacts.release(self.snes.getIterationNumber() + 1)
         controls = [control for control in self.system.contacts.controls if control.active]
         heights = border(step, controls, self.snes.getKSP().solve, self._held)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
@@ -161,16 +190,29 @@ class Newton:
             control.shift(-scale * height)
 
     def _test(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
-        reasons = PETSc.SNES.ConvergedReason
-        residual = norms[2]
+        reasons, residual = PETSc.SNES.ConvergedReason, norms[2]
         if not np.isfinite(residual):
             return reasons.DIVERGED_FNORM_NAN
-        self._interruption = self._interrupted()
-        if self._interruption is not None:
+        interruption = self._interrupted()
+        if interruption is not None:
+            self._given_up, self._hopeless = interruption, True
             return reasons.DIVERGED_INNER
-        if iteration and self._small(residual, snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)):
-            return reasons.CONVERGED_FNORM_ABS
-        return reasons.DIVERGED_MAX_IT if iteration >= self._most else reasons.ITERATING
+        if iteration:
+            increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
+            if self._small(residual, increment) and not self.system.contacts.keeping:
+                return reasons.CONVERGED_FNORM_ABS
+            self._given_up = self._no_progress(iteration, increment)
+        return reasons.DIVERGED_INNER if self._given_up else reasons.ITERATING
+
+    def _no_progress(self, iteration: int, increment: float) -> str:
+        """In words, why to give up after an iteration with an increment (m); empty to go on."""
+        if iteration == 1:
+            self._first_increment = max(increment, RUNAWAY_FROM * self.system.length)
+        if increment > RUNAWAY * self._patience * self._first_increment:
+            return "Newton's increments grow"
+        if iteration >= self._patience * self.settings.max_iterations:
+            return f"Newton's method did not converge in {iteration} iterations"
+        return ""
 
     def _small(self, residual: float, increment: float) -> bool:
         """Whether forces balance, those under control included, and the last increment (m) is small.

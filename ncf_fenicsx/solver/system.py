@@ -23,6 +23,10 @@ class Contacts(Protocol):
     """
 
     @property
+    def keeping(self) -> bool:
+        """Whether contact is kept where it was, whatever the gap."""
+
+    @property
     def pairings(self) -> int:
         """How often nodes were paired anew: links change with it."""
 
@@ -32,8 +36,8 @@ class Contacts(Protocol):
     def refresh(self) -> None:
         """Follow the present displacement."""
 
-    def release(self) -> None:
-        """Keep nothing in contact any more that the first linear solve of a step did."""
+    def release(self, solves: int) -> None:
+        """Keep nothing in contact any more that is kept for no more than a number of linear solves."""
 
     def residual(self) -> Iterator[tuple[Integers, Floats]]:
         """Global node numbers, and residuals in N of shape (nodes, 3)."""
@@ -118,12 +122,14 @@ class Outcome:
         iterations: Newton iterations.
         reason: in words, why it ended.
         hopeless: whether no smaller step would hold either.
+        negative_pivots: of the last factors; more than none in equilibrium is a loss of stability. None with LU.
     """
 
     converged: bool
     iterations: int
     reason: str
     hopeless: bool = False
+    negative_pivots: int | None = None
 
     def followed_by(self, later: Outcome) -> Outcome:
         """This solve and one after it, as one."""

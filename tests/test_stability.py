@@ -1,0 +1,83 @@
+"""Loss of stability: negative pivots and the critical mode against dense eigenvalues, and in a run."""
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+from assembled import COMM, assign, build
+
+from ncf_fenicsx import Scene, run
+
+MODULUS, SHEAR = 1e9, 1e5
+
+
+def pressed_sheet(strain):
+    """A layer on weak ground, both of its ends pressed towards each other by a strain."""
+    problem, newton = build(
+        {
+            "stack": {"layers": 1, "size": ["24 mm", "2 mm"], "divisions": [24, 1], "grading": [0, 0]},
+            "laws": {
+                "in_plane": {"modulus": f"{MODULUS} Pa"},
+                "bending": {"modulus": "1 Pa"},
+                "shear": {"modulus": f"{SHEAR} Pa"},
+            },
+            "duration": "1 s",
+            "gravity": "0 m/s^2",
+        }
+    )
+    assign(problem, lambda x: np.stack([-strain * x[0], 0 * x[0], 0 * x[0]]))
+    return problem, newton
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("relative", [0.05, 2.0, 6.0])
+def test_pivots_and_mode_are_those_of_the_dense_tangent(relative):
+    problem, newton = pressed_sheet(relative * SHEAR / MODULUS)
+    problem.last_iterate.x.array[:] = problem.displacement.x.array
+    dense = newton.tangent.assemble().copy()
+    dense.convert("dense")
+    free = np.setdiff1d(np.arange(dense.getSize()[0]), problem.supports.dofs)
+    values, vectors = np.linalg.eigh(dense.getDenseArray()[np.ix_(free, free)])
+    value, mode = newton.critical_mode()
+    assert value == pytest.approx(values[0], rel=1e-6)
+    alike = abs(mode.ravel()[free] @ vectors[:, 0]) / np.linalg.norm(mode.ravel()[free])
+    gap = np.diff(values[:2])[0] / abs(values[0])
+    assert alike == pytest.approx(1, abs=1e-6) or gap < 1e-3
+    assert np.abs(mode).max() == pytest.approx(1, rel=1e-12)
+    newton.tangent.assemble()
+    ksp = newton.snes.getKSP()
+    ksp.setOperators(newton.tangent.matrix)
+    ksp.setUp()
+    assert newton._negative_pivots(1) == np.count_nonzero(values < 0)
+    assert (np.count_nonzero(values < 0) > 0) == (relative > 1)
+
+
+def test_the_critical_mode_is_one_on_any_ranks():
+    _, newton = pressed_sheet(2 * SHEAR / MODULUS)
+    value, mode = newton.critical_mode()
+    assert len(set(COMM.allgather(value))) == 1
+    assert max(COMM.allgather(np.abs(mode).max())) == pytest.approx(1, rel=1e-12)
+
+
+def test_a_run_says_when_it_loses_stability_and_writes_the_mode(table, folder):
+    """Layers with hardly any transverse shear crimp under the roller; with a hundred times more they do not."""
+    stack = table["stack"] | {"size": ["12 mm", "12 mm"], "divisions": [10, 8]}
+    tool = table["tool"] | {"width": "8 mm"}
+    for shear, crimps in (("0.01 MPa", True), ("10 MPa", False)):
+        changed = {"laws": {"shear": {"modulus": shear}}, "output": {"picture": False, "critical_mode": True}}
+        result = run(Scene.from_table(table | {"stack": stack, "tool": tool} | changed), folder / shear[:4])
+        if COMM.rank:
+            continue
+        record = json.loads((result.folder / "run.json").read_text())
+        lost = record["loss_of_stability"]
+        pivots = [row["negative_pivots"] for row in result.history]
+        assert (lost is not None) == crimps
+        assert (result.folder / "critical_mode.vtu").exists() == crimps
+        assert any(pivots) == crimps
+        if crimps:
+            assert lost["time"] == next(row["time"] for row in result.history if row["negative_pivots"])
+            assert lost["eigenvalue"] < 0
+            assert 0 < lost["wavelength"] < 12e-3
+            mode = meshio.read(result.folder / "critical_mode.vtu").point_data["critical_mode"]
+            assert np.abs(mode).max() == pytest.approx(1)
