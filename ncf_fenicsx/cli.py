@@ -1,7 +1,8 @@
-"""Command line: ``ncf-fenicsx run``, ``check``, ``keys`` and ``benchmark``."""
+"""Command line: ``ncf-fenicsx run``, ``check``, ``keys`` and ``benchmark``, ``study``."""
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from pathlib import Path
@@ -82,6 +83,31 @@ def benchmark_command(
     from ncf_fenicsx.benchmark import benchmark
 
     say(benchmark(divisions))
+
+
+study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed.")
+app.add_typer(study, name="study")
+
+
+@study.command("stability")
+def stability_command(
+    file: SceneFile,
+    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_stability unless given. Resumed.")] = None,
+    overrides: Overrides = None,
+    axes: Annotated[
+        list[str] | None, typer.Option("--axis", metavar="NAME", help="Run only what begins so. Repeatable.")
+    ] = None,
+    refinement: Annotated[float, typer.Option(help="Each run is compared with steps this much smaller.", min=1)] = 4,
+    limit: Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)] = 600,
+    workers: Annotated[int, typer.Option(help="Runs at a time.", min=1)] = os.cpu_count() or 1,
+) -> None:
+    """Push a scene in every direction, one run after the other; a table, and a map of what held and what did not."""
+    scene = Scene.read(file, overrides or ())
+    from ncf_fenicsx.study.runner import Runner
+    from ncf_fenicsx.study.stability import study_stability
+
+    folder = out or Path("results") / f"{file.stem}_stability"
+    say(study_stability(scene, Runner(file, folder, tuple(overrides or ()), refinement, limit, workers), axes))
 
 
 def say(text: str) -> None:

@@ -31,6 +31,7 @@ ORDER = (
     ("measures", "sections", "checkpoint", "run_record"),
     ("outputs", "progress", "report", "reference", "preview"),
     ("simulation", "benchmark"),
+    ("study",),
     ("cli",),
 )
 """Rooms in the order of the data's flow; neighbours in a row do not know each other."""

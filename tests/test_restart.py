@@ -63,6 +63,8 @@ def force_case():
 
 TABLES = {name: contact_case(name) for name in CASES} | {"memory of the laws": law_case(), "force": force_case()}
 COST = {"wall_time"}
+ROUND_OFF = 1e-15
+"""Of places in m."""
 
 
 def compare(history, expected, tolerance=1e-10):
@@ -70,7 +72,7 @@ def compare(history, expected, tolerance=1e-10):
     assert len(history) == len(expected)
     for name in set(expected[0]) - COST:
         one, two = (np.array([row[name] for row in rows]) for rows in (history, expected))
-        assert np.abs(one - two).max() <= tolerance * np.abs(two).max() + 1e-30, name
+        assert np.abs(one - two).max() <= tolerance * np.abs(two).max() + ROUND_OFF, name
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -1,6 +1,6 @@
 """Step control alone: no mesh, no solver."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 from hypothesis import given
@@ -16,6 +16,7 @@ class Try:
     converged: bool = True
     iterations: int = 4
     reason: str = "the test says so"
+    hopeless: bool = False
 
 
 def run(attempt, milestones=(30.0,), control=CONTROL):
@@ -79,3 +80,30 @@ def test_a_march_ends_after_max_steps():
     assert ended.ending is Ending.STOPPED
     assert "max_steps" in ended.reason
     assert len(accepted) == 100
+
+
+def test_a_step_that_no_smaller_one_would_mend_ends_the_march_at_once():
+    tries = []
+
+    def attempt(time, size):
+        tries.append((time, size))
+        return Try(converged=time < 3, hopeless=time >= 3, reason="interrupted")
+
+    ended, accepted = run(attempt)
+    assert ended.ending is Ending.STOPPED
+    assert ended.reason == "interrupted"
+    assert ended.cuts == 0
+    assert len(tries) == len(accepted) + 1
+
+
+@pytest.mark.parametrize("stop", [1, 4, 7])
+def test_a_march_that_goes_on_takes_the_steps_of_one_that_never_stopped(stop):
+    def attempt(time, size):
+        return Try(converged=size < 2.1, iterations=3 + int(time) % 7)
+
+    whole, all_steps = run(attempt)
+    states, later = [], []
+    march(replace(CONTROL, max_steps=stop), [30.0], attempt, lambda progress, *_: states.append(replace(progress)))
+    ended = march(CONTROL, [30.0], attempt, lambda progress, size, _: later.append((progress.time, size)), states[-1])
+    assert later == all_steps[stop:]
+    assert (ended.time, ended.steps) == (whole.time, whole.steps)

@@ -1,0 +1,152 @@
+"""Runs of cases in processes of their own, several at a time; a table with a row for each that can be resumed."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.progress import track
+
+from ncf_fenicsx.files import told
+from ncf_fenicsx.study.grid import Case
+
+Row = dict[str, str]
+COLUMNS = (
+    "axis",
+    "value",
+    "sound",
+    "ending",
+    "reason",
+    "reached_s",
+    "force_N",
+    "vf_max",
+    "iterations",
+    "cuts",
+    "steps",
+    "seconds",
+    "stability_lost_s",
+    "reference_force_N",
+    "difference",
+)
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Runs cases of a scene.
+
+    Attributes:
+        scene: its file.
+        folder: for the table and the runs.
+        overrides: of the scene, for all cases.
+        refinement: factor on the steps of the run that each case is compared with.
+        limit: wall time in s after which a run is ended.
+        workers: runs at a time.
+    """
+
+    scene: Path
+    folder: Path
+    overrides: tuple[str, ...]
+    refinement: float
+    limit: float
+    workers: int
+
+    @property
+    def table(self) -> Path:
+        """File with a row for each case."""
+        return self.folder / "stability.csv"
+
+    def rows(self) -> list[Row]:
+        """Rows so far."""
+        if not self.table.exists():
+            return []
+        with self.table.open(newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def run(self, cases: Iterable[Case]) -> list[Row]:
+        """Run the cases that the table does not have yet; all its rows."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        known = {(row["axis"], row["value"]) for row in self.rows()}
+        missing = [case for case in cases if (case.axis, case.value) not in known]
+        with ThreadPoolExecutor(self.workers) as pool:
+            started = [pool.submit(self.measured, case) for case in missing]
+            for done in track(as_completed(started), "runs", total=len(started)):
+                self._append(done.result())
+        return self.rows()
+
+    def _append(self, row: Row) -> None:
+        new = not self.table.exists()
+        with told(self.table), self.table.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            if new:
+                writer.writeheader()
+            writer.writerow(row)
+
+    def measured(self, case: Case) -> Row:
+        """A case, and its force against the same with smaller steps."""
+        row = self._one(case, "")
+        reference = ""
+        if row["ending"] == "done":
+            size = self._largest_step(case) / self.refinement
+            steps = (f"solver.first_step={size!r} s", f"solver.largest_step={size!r} s", "solver.max_steps=100000")
+            reference = self._one(case, "_reference", steps)["force_N"]
+        row["reference_force_N"] = reference
+        if reference and float(reference):
+            row["difference"] = f"{float(row['force_N']) / float(reference) - 1:.6f}"
+        return row
+
+    def _largest_step(self, case: Case) -> float:
+        """Mean step in s of a case's run that has ended."""
+        record = json.loads((self.folder / "runs" / case.name / "run.json").read_text(encoding="utf-8"))
+        return float(record["time"] / record["steps"])
+
+    def _one(self, case: Case, suffix: str, more: tuple[str, ...] = ()) -> Row:
+        out = self.folder / "runs" / (case.name + suffix)
+        settings = (*self.overrides, *case.overrides, *more, "output.picture=false", "output.fields_every=1000000")
+        command = [sys.executable, "-m", "ncf_fenicsx", "run", str(self.scene), "--out", str(out), "--overwrite"]
+        for text in settings:
+            command += ["--set", text]
+        (out.parent).mkdir(exist_ok=True)
+        environment = os.environ | {"OMP_NUM_THREADS": "1"}
+        try:
+            ended = subprocess.run(
+                command, capture_output=True, text=True, check=False, timeout=self.limit, env=environment
+            )
+        except subprocess.TimeoutExpired:
+            return _row(case, ending="time limit", reason=f"not done in {self.limit:g} s")
+        if ended.returncode not in (0, 1) or not (out / "run.json").is_file():
+            words = ended.stderr.strip().splitlines()
+            return _row(case, ending="error", reason=words[-1] if words else f"exit code {ended.returncode}")
+        return _row(case, **_result(out))
+
+
+def _row(case: Case, **values: str) -> Row:
+    row = dict.fromkeys(COLUMNS, "")
+    return row | {"axis": case.axis, "value": case.value, "sound": str(case.sound).lower()} | values
+
+
+def _result(folder: Path) -> Row:
+    """What a run's folder says."""
+    record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    largest = max((float(row["tool_force"]) for row in rows), default=0.0)
+    lost = record["loss_of_stability"]
+    return {
+        "ending": record["ending"],
+        "reason": record["reason"],
+        "reached_s": f"{record['time']:.6g}",
+        "force_N": f"{largest:.6g}",
+        "vf_max": f"{max((float(row['vf_max']) for row in rows), default=0.0):.5f}",
+        "iterations": str(record["newton_iterations"]),
+        "cuts": str(record["step_cuts"]),
+        "steps": str(record["steps"]),
+        "seconds": f"{record['seconds_total']:.1f}",
+        "stability_lost_s": f"{lost['time']:.6g}" if lost else "",
+    }

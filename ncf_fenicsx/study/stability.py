@@ -1,0 +1,57 @@
+"""How far a scene can be pushed: runs of a grid, their table, their map, and what they come to in words."""
+
+from __future__ import annotations
+
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.study.grid import stability_grid
+from ncf_fenicsx.study.runner import Row, Runner
+from ncf_fenicsx.study.stability_map import ACCURATE, draw_map
+
+
+def study_stability(scene: Scene, runner: Runner, axes: list[str] | None = None) -> str:
+    """Run the grid, or what is missing of it, and draw the map.
+
+    Args:
+        scene: the scene of the runner's file.
+        runner: runs the cases.
+        axes: beginnings of the names of those axes to run; all unless given.
+
+    Returns:
+        What the rows come to.
+
+    Raises:
+        SceneError: the scene's path does not begin with one tool going down, or an axis is unknown.
+    """
+    if len(scene.tool) != 1 or not (scene.tool[0].path[0].travel or (0, 0, 0))[2] < 0:
+        raise SceneError("study stability: expected a scene with one tool whose path begins with a travel down")
+    cases = stability_grid(scene)
+    for name in axes or ():
+        if not any(case.axis.startswith(name) for case in cases):
+            known = ", ".join(dict.fromkeys(case.axis for case in cases))
+            raise SceneError(f"--axis {name}: no such axis; expected the beginning of one of: {known}")
+    chosen = [case for case in cases if not axes or any(case.axis.startswith(name) for name in axes)]
+    rows = runner.run(chosen)
+    order = {(case.axis, case.value): number for number, case in enumerate(cases)}
+    rows = sorted((row for row in rows if (row["axis"], row["value"]) in order), key=lambda row: order[_key(row)])
+    draw_map(rows, f"{scene.title}: how far it can be pushed", runner.folder / "stability.png")
+    return f"{summary(rows)}; table and map in {runner.folder}"
+
+
+def _key(row: Row) -> tuple[str, str]:
+    return row["axis"], row["value"]
+
+
+def summary(rows: list[Row]) -> str:
+    """Shares of what happened, in words."""
+    sound = [row for row in rows if row["sound"] == "true"]
+    done = [row for row in sound if row["ending"] == "done"]
+    stopped = [row for row in sound if row["ending"] == "stopped"]
+    differences = [abs(float(row["difference"])) for row in done if row["difference"]]
+    worst = max(differences, default=0.0)
+    close = sum(difference <= ACCURATE for difference in differences)
+    return (
+        f"{len(done)} of {len(sound)} runs with sound laws done, {len(stopped)} stopped with a reason, "
+        f"{len(sound) - len(done) - len(stopped)} neither; {close} of {len(differences)} forces within 1 % of the same "
+        f"run with smaller steps (worst {100 * worst:.2g} %)"
+    )
