@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from types import TracebackType
 from typing import Self
@@ -11,20 +12,23 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
+LAUNCHERS = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}
+"""Variables that Open MPI's and MPICH's launchers set."""
+
 
 class Progress:
     """Progress towards the end of a path.
 
     Args:
         duration: time at the end in s.
-        comm: ranks of the run; rank 0 shows, and a bar only where it is alone, for mpirun puts every rank's output on a
-            terminal of its own.
+        comm: ranks of the run; rank 0 shows, and a bar only without mpirun, which puts its output on a terminal
+            of its own even if it ends in a file.
     """
 
     def __init__(self, duration: float, comm: MPI.Comm) -> None:
         self.visible = comm.rank == 0
         self.bar: Bar | None = None
-        if comm.size == 1 and sys.stdout.isatty():
+        if comm.size == 1 and sys.stdout.isatty() and not LAUNCHERS & set(os.environ):
             columns = (BarColumn(bar_width=12), TextColumn("{task.description}"), TimeElapsedColumn())
             self.bar = Bar(*columns, console=Console())
             self._task = self.bar.add_task("first solve", total=duration)

@@ -91,17 +91,17 @@ class Runner:
     def measured(self, case: Case) -> Row:
         """A case, and its force against the same with smaller steps."""
         row = self._one(case, "")
-        reference = ""
-        if row["ending"] == "done":
-            size = self._largest_step(case) / self.refinement
-            steps = (f"solver.first_step={size!r} s", f"solver.largest_step={size!r} s", "solver.max_steps=100000")
-            reference = self._one(case, "_reference", steps)["force_N"]
-        row["reference_force_N"] = reference
-        if reference and float(reference):
-            row["difference"] = f"{float(row['force_N']) / float(reference) - 1:.6f}"
+        if row["ending"] != "done":
+            return row
+        size = self._mean_step(case) / self.refinement
+        steps = (f"solver.first_step={size!r} s", f"solver.largest_step={size!r} s", "solver.max_steps=100000")
+        reference = self._one(case, "_reference", steps)
+        if reference["ending"] == "done" and float(reference["force_N"]):
+            row["reference_force_N"] = reference["force_N"]
+            row["difference"] = f"{float(row['force_N']) / float(reference['force_N']) - 1:.6f}"
         return row
 
-    def _largest_step(self, case: Case) -> float:
+    def _mean_step(self, case: Case) -> float:
         """Mean step in s of a case's run that has ended."""
         record = json.loads((self.folder / "runs" / case.name / "run.json").read_text(encoding="utf-8"))
         return float(record["time"] / record["steps"])
