@@ -16,7 +16,7 @@ from ncf_fenicsx.files import replace
 from ncf_fenicsx.parallel import gather_rows, on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene_errors import SceneError
-from ncf_fenicsx.state_parts import Place
+from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -32,9 +32,11 @@ class Checkpoint:
     Args:
         folder: of the run's results.
         problem: whose state it is.
+        more: parts that are not the problem's.
     """
 
-    def __init__(self, folder: Path, problem: Problem) -> None:
+    def __init__(self, folder: Path, problem: Problem, more: dict[str, StatePart]) -> None:
+        self._more = more
         self.path, self.problem, self.comm = folder / NAME, problem, problem.comm
         self._numbers = {
             Place.NODES: problem.stack.node_numbers(problem.space),
@@ -51,8 +53,11 @@ class Checkpoint:
         Raises:
             ResultError: it cannot be written.
         """
-        parts = {name: self._gathered(part.place, part.read()) for name, part in self.problem.parts().items()}
+        parts = {name: self._gathered(part.place, part.read()) for name, part in self._parts().items()}
         on_root(self.comm, lambda: replace(self.path, lambda path: _write(path, parts, progress)))
+
+    def _parts(self) -> dict[str, StatePart]:
+        return self.problem.parts() | self._more
 
     def _gathered(self, place: Place, values: Floats) -> Floats | None:
         if place is Place.EVERYWHERE:
@@ -72,7 +77,7 @@ class Checkpoint:
             SceneError: the file cannot be read, or is of another scene.
         """
         saved, progress = on_root(self.comm, lambda: _read(self.path))
-        parts = self.problem.parts()
+        parts = self._parts()
         if set(saved) != set(parts):
             raise SceneError(
                 f"{self.path}: its parts are not those of the scene; expected the checkpoint of that scene"

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
 from ncf_fenicsx.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, WAVE_COLUMNS, ContactMeasures
+from ncf_fenicsx.energies import COLUMNS as ENERGY_COLUMNS
+from ncf_fenicsx.energies import Energies
 from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.problem import Problem
 
@@ -27,6 +29,7 @@ COLUMNS = {
     "vf_min": ("1", "smallest fibre volume fraction, by cell"),
     "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
     "vf_max": ("1", "largest fibre volume fraction, by cell"),
+    **ENERGY_COLUMNS,
     **RIGID_COLUMNS,
     **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
     "negative_pivots": ("1", "of the tangent at the end of the step: 0 is stable; where it is symmetric"),
@@ -52,6 +55,7 @@ class Measures:
         cells: means over this rank's cells in the last observed state, by name: ``volume_fraction`` (1), ``stress_33``
             (Pa), ``permeability_along`` and ``permeability_across`` (m2), of which a scene has what it names.
         contacts: measures of contacts, with their fields at nodes.
+        energies: work of the tools.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -71,7 +75,7 @@ class Measures:
         self._volume = self._integrals("volume")
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
         self._weight = self._vertical_force(weight)
-        self.contacts = ContactMeasures(problem)
+        self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
 
     def observe(self, residual: Floats) -> dict[str, float]:
         """Measured columns of the history in the trial state, before it is committed: stress follows the states before.
@@ -87,7 +91,7 @@ class Measures:
         row = self._tools() | self._supports(residual) | {"weight": self.copies * self._weight}
         if self.has_fibres:
             row |= self._volume_fractions(self.cells["volume_fraction"])
-        return row | self.contacts.observe()
+        return row | self.energies.observe() | self.contacts.observe()
 
     def _tools(self) -> dict[str, float]:
         row = {}

@@ -117,6 +117,9 @@ class Problem:
         if scene.gravity:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
             terms["gravity"] = self.symbols(weight) * self.weight_share * v[2] * self.volumes.all
+        if scene.solver.viscosity is not None:
+            speed = (u - self.start) * self.clock.inverse_time_step
+            terms["viscosity"] = self.symbols(scene.solver.viscosity) * ufl.inner(speed, v) * self.volumes.all
         return terms | self.contacts.terms()
 
     def _tangent(self) -> ufl.Form:

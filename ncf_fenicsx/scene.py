@@ -19,7 +19,7 @@ from ncf_fenicsx.parts import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
 from ncf_fenicsx.scene_laws import Laws
 from ncf_fenicsx.scene_stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
-from ncf_fenicsx.units import Acceleration, PositiveTime
+from ncf_fenicsx.units import Acceleration, PositiveTime, Viscosity
 
 
 class Solver(Settings):
@@ -40,6 +40,10 @@ class Solver(Settings):
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
     increment_cap: float = parameter(0.3, gt=0, description="largest nodal increment over the layer's thickness")
     travel_cap: float = parameter(0.02, gt=0, description="the same while a tool travels along the surface")
+
+    viscosity: Viscosity | None = parameter(
+        None, description="force per volume against all motion, over its speed, that steadies a stack which wrinkles"
+    )
 
     @model_validator(mode="after")
     def _steps_in_order(self) -> Self:

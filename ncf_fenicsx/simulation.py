@@ -92,7 +92,7 @@ class Simulation:
             on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
-        self.checkpoint = Checkpoint(folder, self.problem)
+        self.checkpoint = Checkpoint(folder, self.problem, {"energies": self.measures.energies.part()})
         self.history: list[dict[str, float]] = []
         self.iterations = 0
         self.instability: dict[str, float] | None = None

@@ -27,7 +27,7 @@ ORDER = (
     ("interface",),
     ("contacts",),
     ("problem",),
-    ("solver", "stepping", "contact_measures"),
+    ("solver", "stepping", "contact_measures", "energies"),
     ("measures", "sections", "checkpoint", "run_record"),
     ("outputs", "progress", "report", "reference", "preview"),
     ("simulation", "benchmark"),

@@ -81,3 +81,34 @@ def test_a_run_says_when_it_loses_stability_and_writes_the_mode(table, folder):
             assert 0 < lost["wavelength"] < 12e-3
             mode = meshio.read(result.folder / "critical_mode.vtu").point_data["critical_mode"]
             assert np.abs(mode).max() == pytest.approx(1)
+
+
+PRESSED = {
+    "stack": {"layers": 1, "size": ["6 mm", "4 mm"], "divisions": [2, 1], "grading": [0, 0], "through": 4},
+    "laws": {"rate": {"kind": "none"}},
+    "tool": {"kind": "plate", "path": [{"travel": ["0 mm", "0 mm", "-0.1 mm"], "speed": "1 mm/min"}]},
+    "solver": {"first_step": "0.2 s", "largest_step": "0.2 s"},
+    "gravity": "0 m/s^2",
+    "output": {"picture": False},
+}
+
+
+def test_the_work_of_a_tool_is_the_integral_of_its_force(folder):
+    result = run(Scene.from_table(PRESSED), folder)
+    force, down = (np.array([row[name] for row in result.history]) for name in ("tool_force", "tool_displacement"))
+    assert result.history[-1]["tool_work"] == pytest.approx(np.trapezoid(force, down), rel=1e-9)
+    assert "viscous_share" not in result.history[-1]
+
+
+def test_viscosity_takes_what_its_speed_asks_and_says_so(folder):
+    """A layer pressed evenly: v = V z / h, so c V^2 / 3 for each volume and second, and the tool works as much more."""
+    viscosity = 3e8
+    thin = run(Scene.from_table(PRESSED), folder / "without").history[-1]
+    solver = PRESSED["solver"] | {"viscosity": f"{viscosity} Pa*s/m^2"}
+    result = run(Scene.from_table(PRESSED | {"solver": solver}), folder / "with")
+    thick, speed, duration = result.history[-1], 1e-3 / 60, 6.0
+    volume = 4 * 6e-3 * 4e-3 * 2e-3
+    exact = viscosity * speed**2 / 3 * volume * duration
+    taken = thick["viscous_share"] * thick["tool_work"]
+    assert taken == pytest.approx(exact, rel=0.02)
+    assert thick["tool_work"] - thin["tool_work"] == pytest.approx(taken, rel=0.05)

@@ -1,0 +1,71 @@
+"""Work of the tools, and what a viscosity that only steadies the solution has taken of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from ncf_fenicsx import compat
+from ncf_fenicsx.problem import Problem
+from ncf_fenicsx.state_parts import Place, StatePart
+
+Floats = NDArray[np.float64]
+
+COLUMNS = {
+    "tool_work": ("J", "work of the tools on the fabric since the start, of the whole"),
+    "viscous_share": ("1", "what `solver.viscosity` has taken, over the work of the tools"),
+}
+
+
+class Energies:
+    """Sums energies over accepted steps.
+
+    Args:
+        problem: what is measured.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.copies = problem, problem.scene.stack.sides.copies
+        self._dissipation = self._viscous_form() if "viscosity" in problem.terms else None
+        tools = len(problem.contacts.tools)
+        self._sums: Floats = np.zeros(2)
+        self._forces, self._tips = np.zeros((tools, 3)), self._places()
+
+    def _viscous_form(self) -> Any:
+        """Energy in J of the step, of the modelled part: the virtual work of the viscosity for the step's motion."""
+        problem = self.problem
+        moved = problem.displacement - problem.start
+        return compat.compile_form(ufl.replace(problem.terms["viscosity"], {problem.variation: moved}))
+
+    def _places(self) -> Floats:
+        return np.array([tool.tip.value.copy() for tool in self.problem.contacts.tools]).reshape(-1, 3)
+
+    def observe(self) -> dict[str, float]:
+        """Columns of the history in the trial state; to be called once for each accepted step, before its commit."""
+        tools = self.problem.contacts.tools
+        forces = self.copies * np.array([tool.force() for tool in tools]).reshape(-1, 3)
+        tips = self._places()
+        self._sums[0] -= 0.5 * ((forces + self._forces) * (tips - self._tips)).sum()
+        self._forces, self._tips = forces, tips
+        columns = {"tool_work": float(self._sums[0])} if tools else {}
+        if self._dissipation is not None:
+            self._sums[1] += self.copies * self.problem.comm.allreduce(float(fem.assemble_scalar(self._dissipation)))
+            work = float(self._sums[0])
+            columns["viscous_share"] = float(self._sums[1]) / work if work > 0 else 0.0
+        return columns
+
+    def part(self) -> StatePart:
+        """The sums, for a checkpoint."""
+        return StatePart(Place.EVERYWHERE, self._numbers, self._recall)
+
+    def _numbers(self) -> Floats:
+        return np.concatenate([self._sums, self._forces.ravel(), self._tips.ravel()])
+
+    def _recall(self, rows: Floats) -> None:
+        tools = len(self._tips)
+        self._sums = rows[:2].copy()
+        self._forces, self._tips = (part.reshape(tools, 3) for part in np.split(rows[2:], 2))
