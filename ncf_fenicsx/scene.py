@@ -36,6 +36,11 @@ class Solver(Settings):
     tangent: Literal["extrapolated", "plain"] = parameter(
         "extrapolated", description="membrane stress in the tangent: extrapolated from the last iterate, or the current"
     )
+    line_search: Literal["full", "critical_point", "error_oriented", "residual"] = parameter(
+        "full",
+        description="length of Newton's steps: whole; to where the residual is across the step (PETSc's cp); "
+        "by the next simplified correction (nleqerr); by the residual's norm (bt)",
+    )
     force_tolerance: float = parameter(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
     increment_cap: float = parameter(0.3, gt=0, description="largest nodal increment over the layer's thickness")
@@ -110,6 +115,13 @@ class Scene(Settings):
         for number, tool in enumerate(self.tool):
             if tool.axle is None and any(segment.roll for segment in tool.path):
                 raise impossible(f"tool.{number}.kind", tool.kind, "expected a tool that can roll, such as cylinder")
+        return self
+
+    @model_validator(mode="after")
+    def _heights_go_with_whole_steps(self) -> Self:
+        if self.solver.line_search != "full" and any(tool.under_force for tool in self.tool):
+            expected = 'expected "full" with a tool under a force, whose height follows whole steps'
+            raise impossible("solver.line_search", self.solver.line_search, expected)
         return self
 
     @model_validator(mode="after")

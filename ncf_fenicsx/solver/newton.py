@@ -30,8 +30,9 @@ RUNAWAY = 4.0
 """Factor over the first increment from which on an increment shows that the step is too large."""
 RUNAWAY_FROM = 0.005
 """Increment over the length that is no sign of that yet."""
+LINE_SEARCHES = {"full": "basic", "critical_point": "cp", "error_oriented": "nleqerr", "residual": "bt"}
+"""Names of PETSc for those of a scene."""
 OPTIONS = {
-    "ncf_snes_linesearch_type": "basic",
     "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
     "options_left": "no",  # no complaint where nothing was solved
 }
@@ -41,8 +42,8 @@ class Newton:
     """SNES with full steps, a cap on the nodal increment, and MUMPS.
 
     The residual norm is no merit function here: fibres a million times stiffer than the fabric across its thickness
-    rule it, and a line search on it stalls. So steps are full, scaled back only where a node would move more than
-    a cap.
+    rule it, and a line search on it stalls. So steps are full unless the scene asks for a search, scaled back only
+    where a node would move more than a cap.
 
     Args:
         system: what is solved.
@@ -130,7 +131,8 @@ class Newton:
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.vector.comm)
         snes.setOptionsPrefix("ncf_")
-        for name, value in OPTIONS.items():
+        search = {"ncf_snes_linesearch_type": LINE_SEARCHES[self.settings.line_search]}
+        for name, value in (OPTIONS | search).items():
             PETSc.Options()[name] = value
         snes.setType("newtonls")
         snes.setFunction(self._residual, self.vector)

@@ -1,0 +1,58 @@
+"""Orders of convergence in the time step, and ways of Newton's method that lead to one solution."""
+
+import numpy as np
+import pytest
+
+from ncf_fenicsx import Scene, SceneError, run
+
+RELAXATION = {
+    "stack": {"layers": 2, "size": ["6 mm", "4 mm"], "divisions": [2, 1], "grading": [0, 0]},
+    "laws": {"relaxation": {"kind": "maxwell", "branches": [{"share": 0.3, "time": "5 s"}]}},
+    "tool": {
+        "kind": "plate",
+        "path": [{"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}, {"hold": "10 s"}],
+    },
+}
+ROLLER = {
+    "stack": {"layers": 2, "size": ["12 mm", "4 mm"], "divisions": [12, 1], "grading": [0, 0]},
+    "laws": {"shear": {"modulus": "1 MPa"}},
+    "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.4 mm"], "speed": "1 mm/min"}]},
+}
+QUIET = {"output": {"picture": False, "fields_every": 1000}}
+
+
+def forces(table, pressed, steps, folder):
+    """Force in N at the end of the travel down, with a number of steps to it, and at the end."""
+    size = f"{pressed / steps!r} s"
+    solver = {"first_step": size, "largest_step": size, "target_iterations": 30, "max_iterations": 40}
+    result = run(Scene.from_table(table | QUIET | {"solver": solver | {"force_tolerance": 1e-10}}), folder)
+    assert result.done, result.reason
+    assert not any(row["step_cuts"] for row in result.history)
+    at_end = next(row for row in result.history if row["time"] == pytest.approx(pressed))
+    return at_end["tool_force"], result.history[-1]["tool_force"]
+
+
+@pytest.mark.parametrize(("table", "pressed", "low", "high"), [(RELAXATION, 30.0, 1.9, 2.4), (ROLLER, 24.0, 0.9, 1.1)])
+def test_the_force_converges_with_the_time_step(folder, table, pressed, low, high):
+    """Maxwell branches are integrated to second order; the closing speed of each place to first."""
+    found = np.array([forces(table, pressed, steps, folder / str(steps)) for steps in (8, 16, 32, 64)])
+    changes = np.abs(np.diff(found, axis=0))
+    orders = np.log2(changes[:-1] / changes[1:])
+    assert (orders > low).all(), orders
+    assert (orders < high).all(), orders
+    assert changes[0] / found[-1] == pytest.approx(np.zeros(2), abs=2e-3)
+
+
+@pytest.mark.parametrize("search", ["critical_point", "error_oriented", "residual"])
+def test_every_line_search_leads_to_the_same_solution(folder, search):
+    expected = run(Scene.from_table(ROLLER | QUIET), folder / "full").history[-1]
+    result = run(Scene.from_table(ROLLER | QUIET | {"solver": {"line_search": search}}), folder / search)
+    assert result.done, result.reason
+    for name in ("tool_force", "vf_max"):  # within what other time steps make
+        assert result.history[-1][name] == pytest.approx(expected[name], rel=2e-3)
+
+
+def test_a_line_search_does_not_go_with_a_tool_under_a_force():
+    tool = {"width": "infinite", "path": [{"hold": "1 s", "force": "1 N"}]}
+    with pytest.raises(SceneError, match="solver.line_search = 'residual': expected \"full\""):
+        Scene.from_table({"tool": tool, "solver": {"line_search": "residual"}})
