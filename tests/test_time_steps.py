@@ -54,5 +54,5 @@ def test_every_line_search_leads_to_the_same_solution(folder, search):
 
 def test_a_line_search_does_not_go_with_a_tool_under_a_force():
     tool = {"width": "infinite", "path": [{"hold": "1 s", "force": "1 N"}]}
-    with pytest.raises(SceneError, match="solver.line_search = 'residual': expected \"full\""):
+    with pytest.raises(SceneError, match=r"solver\.line_search = 'residual': expected .full"):
         Scene.from_table({"tool": tool, "solver": {"line_search": "residual"}})
