@@ -62,14 +62,15 @@ def _too_coarse(name: str, surface: RigidSurface, stack: Hexahedra) -> list[str]
 
 
 def _reached(surface: RigidSurface, quads: Floats) -> NDArray[np.bool_]:
-    """Which quads lie within a radius of the surface's tip on its way; along an axis without a radius, all do."""
+    """Which quads the surface's tip is over on its way, or within a radius of; along an axis without a radius, all."""
     tips = np.array([surface.position])
     if isinstance(surface, Tool):
         tips = np.array([surface.tip(0.0, time)[:2] for time in (0.0, *motion.milestones(surface.path))])
-    centres, reached = quads.mean(axis=1), np.ones(len(quads), dtype=bool)
+    reached = np.ones(len(quads), dtype=bool)
     for axis in (0, 1):
         radius = surface.radii[axis]
         if radius is not None:
-            along = centres[:, axis]
-            reached &= (along >= tips[:, axis].min() - radius) & (along <= tips[:, axis].max() + radius)
+            along, first, last = quads[:, :, axis], tips[:, axis].min(), tips[:, axis].max()
+            near = (along.mean(axis=1) >= first - radius) & (along.mean(axis=1) <= last + radius)
+            reached &= near | ((along.min(axis=1) <= last) & (along.max(axis=1) >= first))
     return reached

@@ -69,3 +69,10 @@ def test_several_tools_are_told_apart(table):
     words = cautions(table | {"tool": [first, second]})
     assert any(word.startswith("tool_2.path") for word in words)
     assert not any(word.startswith("tool.") for word in words)
+
+
+def test_elements_longer_than_the_tool_are_named_although_their_centres_are_out_of_its_reach(table):
+    table["stack"] |= {"divisions": [2, 2], "size": ["60 mm", "6 mm"]}
+    words = cautions(table)
+    assert len(words) == 1
+    assert "up to 30 mm long along x; expected at most 0.833 mm" in words[0]
