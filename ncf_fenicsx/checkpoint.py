@@ -62,7 +62,9 @@ class Checkpoint:
     def _gathered(self, place: Place, values: Floats) -> Floats | None:
         if place is Place.EVERYWHERE:
             return values
-        rows = values.reshape(len(self._numbers[place]), -1)[: self._owned[place]]
+        count = len(self._numbers[place])
+        width = self.comm.allreduce(values.size // count if count else 0, MPI.MAX)  # a rank may have no cells at all
+        rows = values.reshape(count, width)[: self._owned[place]]
         numbers = gather_rows(self.comm, self._numbers[place][: self._owned[place]])
         gathered = gather_rows(self.comm, rows)
         return None if gathered is None or numbers is None else gathered[np.argsort(numbers)]

@@ -97,6 +97,15 @@ def test_a_run_that_goes_on_repeats_the_history_of_one_that_never_stopped(folder
         assert np.abs(moved[0] - moved[1]).max() < 1e-10 * np.abs(moved[0]).max()
 
 
+def test_a_rank_without_a_cell_saves_and_goes_on(folder):
+    table = law_case() | {"output": {"picture": False}}
+    table["stack"] = {"layers": 1, "size": ["4 mm", "4 mm"], "divisions": [1, 1]}
+    whole = run(Scene.from_table(table), folder / "whole")
+    run(Scene.from_table(table | {"solver": {"max_steps": 3}}), folder / "parts")
+    parts = run(Scene.from_table(table), folder / "parts", restart=True)
+    compare(parts.history, whole.history)
+
+
 def test_a_checkpoint_of_another_mesh_or_scene_is_refused(folder):
     table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 2}}
     run(Scene.from_table(table), folder / "run")
