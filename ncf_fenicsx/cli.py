@@ -62,9 +62,10 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.preview import preview
-    from ncf_fenicsx.simulation import step_control
+    from ncf_fenicsx.stepping import StepControl
 
-    say(scene.to_toml() + "\n" + preview(scene, step_control(scene), scene.milestones[-1]))
+    duration = scene.milestones[-1]
+    say(scene.to_toml() + "\n" + preview(scene, StepControl.of(scene.solver, duration), duration))
 
 
 @app.command("keys")

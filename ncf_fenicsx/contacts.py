@@ -62,6 +62,7 @@ class Contacts:
             self.layers.append(LayerContact(way, face, Pairing(spaces, stack, layers), body, area_vector))
         forced = [tool for tool in self.tools if tool.surface.under_force]
         self.pairings, self.keeping = 0, False
+        self._step_travel = scene.solver.step_travel * body.thickness
         self.controls = [ForceControl(tool, scene.stack.sides.copies) for tool in forced]
 
     @property
@@ -104,6 +105,18 @@ class Contacts:
 
     def _note_keeping(self) -> None:
         self.keeping = self.body.spaces.mesh.comm.allreduce(any(surface.grip.holds for surface in self.rigid), MPI.LOR)
+
+    def touching(self) -> NDArray[np.bool_]:
+        """At which of this rank's local nodes there is contact now, one contact after the other."""
+        pressures = [contact.face.values(contact.pressure_form) for contact in self.all]
+        return np.concatenate([np.zeros(0), *(values.ravel() for values in pressures)]) > 0
+
+    def longest_step(self, time: float, size: float) -> float:
+        """Step (s) from a time, no longer than a size, that no tool travels too far in, or beyond its first touch."""
+        for tool in self.tools:
+            speed = tool.speed_after(time)
+            size = min(size, self._step_travel / speed) if speed else size
+        return min((tool.step_to_touch(time, size) for tool in self.tools), default=size)
 
     def refresh(self) -> None:
         """Follow the present displacement."""

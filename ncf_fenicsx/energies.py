@@ -17,7 +17,11 @@ Floats = NDArray[np.float64]
 
 COLUMNS = {
     "tool_work": ("J", "work of the tools on the fabric since the start, of the whole"),
-    "viscous_share": ("1", "what `solver.viscosity` has taken, over the work of the tools"),
+    "viscous_force": (
+        "N",
+        "sum of the sizes of the vertical forces of a viscosity that steadies the stack, of the whole",
+    ),
+    "viscous_share": ("1", "what that viscosity has taken since the start, over the work of the tools"),
 }
 
 
@@ -30,16 +34,29 @@ class Energies:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.copies = problem, problem.scene.stack.sides.copies
-        self._dissipation = self._viscous_form() if "viscosity" in problem.terms else None
-        tools = len(problem.contacts.tools)
+        self._viscous: tuple[Any, Any] | None = None
+        tools, solver = len(problem.contacts.tools), problem.scene.solver
+        self.may_be_steadied = solver.steadying == "automatic" or solver.viscosity is not None
         self._sums: Floats = np.zeros(2)
         self._forces, self._tips = np.zeros((tools, 3)), self._places()
 
-    def _viscous_form(self) -> Any:
-        """Energy in J of the step, of the modelled part: the virtual work of the viscosity for the step's motion."""
-        problem = self.problem
+    def _viscous_forms(self) -> tuple[Any, Any]:
+        """The viscosity's virtual work, and that for the step's motion: its energy in J of the step."""
+        problem, work = self.problem, self.problem.terms["viscosity"]
         moved = problem.displacement - problem.start
-        return compat.compile_form(ufl.replace(problem.terms["viscosity"], {problem.variation: moved}))
+        return compat.compile_form(work), compat.compile_form(ufl.replace(work, {problem.variation: moved}))
+
+    def _steadied(self) -> dict[str, float]:
+        """Columns on the viscosity; its forms are made when there is some for the first time."""
+        problem, work, force = self.problem, float(self._sums[0]), 0.0
+        if self._viscous is None and "viscosity" in problem.terms:
+            self._viscous = self._viscous_forms()
+        if self._viscous is not None:
+            forces = problem.contacts.body.spaces.forces(self._viscous[0])[:, 2]
+            parts = np.array([np.abs(forces).sum(), float(fem.assemble_scalar(self._viscous[1]))])
+            force, energy = self.copies * problem.comm.allreduce(parts)
+            self._sums[1] += energy
+        return {"viscous_force": float(force), "viscous_share": float(self._sums[1]) / work if work > 0 else 0.0}
 
     def _places(self) -> Floats:
         return np.array([tool.tip.value.copy() for tool in self.problem.contacts.tools]).reshape(-1, 3)
@@ -52,11 +69,7 @@ class Energies:
         self._sums[0] -= 0.5 * ((forces + self._forces) * (tips - self._tips)).sum()
         self._forces, self._tips = forces, tips
         columns = {"tool_work": float(self._sums[0])} if tools else {}
-        if self._dissipation is not None:
-            self._sums[1] += self.copies * self.problem.comm.allreduce(float(fem.assemble_scalar(self._dissipation)))
-            work = float(self._sums[0])
-            columns["viscous_share"] = float(self._sums[1]) / work if work > 0 else 0.0
-        return columns
+        return columns | (self._steadied() if self.may_be_steadied else {})
 
     def part(self) -> StatePart:
         """The sums, for a checkpoint."""

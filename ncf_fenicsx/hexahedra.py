@@ -242,4 +242,4 @@ def _alike(rows: Integers) -> tuple[Integers, Integers]:
 
 def place(point: Floats) -> str:
     """A point (m) in words."""
-    return "(" + ", ".join(f"{1e3 * value:.4g}" for value in point) + ") mm"
+    return "(" + ", ".join(f"{round(1e3 * value, 9) + 0.0:.4g}" for value in point) + ") mm"

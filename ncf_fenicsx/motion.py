@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from itertools import accumulate
 from typing import Self
@@ -92,6 +92,12 @@ def force(path: tuple[Segment, ...], time: float, at_start: float) -> float | No
         return None
     left = sum(earlier.duration for earlier in path[: number + 1]) - time
     return segment.force + (at_start - segment.force) * min(max(left / segment.duration, 0.0), 1.0)
+
+
+def speed_after(path: tuple[Segment, ...], time: float) -> float:
+    """Speed (m/s) of the tool in the segment that goes on after a time (s), 0 after the last."""
+    ended = bisect_right(milestones(path), time * (1 + 1e-12))
+    return (path[ended].speed or 0.0) if ended < len(path) else 0.0
 
 
 def closing_speed(path: tuple[Segment, ...], time: float) -> float:

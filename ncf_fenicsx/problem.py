@@ -72,8 +72,7 @@ class Problem:
         kinematics = self.material.kinematics(self.displacement)
         self.contacts = Contacts(scene, stack, self._body(), kinematics.area_vector)
         self.terms = self._terms()
-        self.residual_form = compat.compile_form(sum(self.terms.values()))
-        self.tangent_form = compat.compile_form(self._tangent())
+        self._compile()
         self.defects = Defects(stack, self.displacement, _points_of_volumes(), self.states, scene.packing_limit)
         self._velocity = np.zeros_like(self.start.x.array)
         self._segments = self._segments_at(0.0)
@@ -117,10 +116,21 @@ class Problem:
         if scene.gravity:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
             terms["gravity"] = self.symbols(weight) * self.weight_share * v[2] * self.volumes.all
-        if scene.solver.viscosity is not None:
-            speed = (u - self.start) * self.clock.inverse_time_step
-            terms["viscosity"] = self.symbols(scene.solver.viscosity) * ufl.inner(speed, v) * self.volumes.all
         return terms | self.contacts.terms()
+
+    def _compile(self) -> None:
+        self.residual_form = compat.compile_form(sum(self.terms.values()))
+        self.tangent_form = compat.compile_form(self._tangent())
+
+    def steady(self, viscosity: float) -> None:
+        """Let a force per volume act against all motion: a viscosity (Pa s/m2) times its speed."""
+        if viscosity and "viscosity" not in self.terms:
+            self._viscosity = self.symbols(viscosity)
+            speed = (self.displacement - self.start) * self.clock.inverse_time_step
+            self.terms["viscosity"] = self._viscosity * ufl.inner(speed, self.variation) * self.volumes.all
+            self._compile()
+        if "viscosity" in self.terms:
+            self._viscosity.value = viscosity
 
     def _tangent(self) -> ufl.Form:
         u, v, du = self.displacement, self.variation, self.increment

@@ -6,6 +6,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ncf_fenicsx import compat, motion
 from ncf_fenicsx.body import Body
@@ -19,6 +20,8 @@ from ncf_fenicsx.state_parts import Place, StatePart
 
 Floats = NDArray[np.float64]
 
+FREE = 1e-6
+"""Gap over a layer's thickness above which a surface is free of the fabric."""
 KEEPING_SOLVES = 2
 """Linear solves at the start of a step that keep contact where it was."""
 
@@ -159,6 +162,23 @@ class RigidContact:
             self.tip.value[2] = tip[2] + away * moved
         self.tip.value[:] = tip
         return moved
+
+    def speed_after(self, time: float) -> float:
+        """Speed of a tool in m/s after a time (s), without what forces add to its height; 0 of a mould."""
+        return motion.speed_after(self.surface.path, time) if isinstance(self.surface, Tool) else 0.0
+
+    def step_to_touch(self, time: float, size: float) -> float:
+        """Step (s) from a time, no longer than a size, at whose end a surface that is free meets the fabric at rest."""
+        tolerance = FREE * self.body.thickness
+
+        def gap_after(step: float) -> float:
+            self._set_time(time, time + step)
+            return self.lowest_gap() - tolerance
+
+        touches = gap_after(0.0) > tolerance and gap_after(size) < -2 * tolerance
+        step = float(brentq(gap_after, 0.0, size)) if touches else size
+        self._set_time(time, time)
+        return step
 
     def lowered(self) -> float:
         """How far the surface has moved down since the start in m."""

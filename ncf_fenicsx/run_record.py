@@ -17,7 +17,7 @@ from ncf_fenicsx.timing import Phases
 
 
 def record(
-    problem: Problem, ended: March, iterations: int, phases: Phases, instability: dict[str, float] | None
+    problem: Problem, ended: March, iterations: int, phases: Phases, stability: dict[str, Any]
 ) -> dict[str, Any]:
     """Contents of ``run.json``; collective.
 
@@ -26,7 +26,7 @@ def record(
         ended: how the march through time ended.
         iterations: Newton iterations, those of failed steps included.
         phases: clock of the run.
-        instability: where the run lost stability first; None if it did not.
+        stability: when the run lost it first, and from when on a viscosity has steadied it.
     """
     memory = problem.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     return {
@@ -38,7 +38,7 @@ def record(
         "steps": ended.steps,
         "step_cuts": ended.cuts,
         "newton_iterations": iterations,
-        "loss_of_stability": instability,
+        **stability,
         "unknowns": 3 * problem.space.dofmap.index_map.size_global,
         "cells": problem.mesh.topology.index_map(3).size_global,
         "ranks": problem.comm.size,

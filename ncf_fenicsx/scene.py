@@ -44,10 +44,16 @@ class Solver(Settings):
     force_tolerance: float = parameter(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
     increment_cap: float = parameter(0.3, gt=0, description="largest nodal increment over the layer's thickness")
+    step_travel: float = parameter(
+        0.5, gt=0, description="largest travel of a tool in a step over the layer's thickness"
+    )
     travel_cap: float = parameter(0.02, gt=0, description="the same while a tool travels along the surface")
 
+    steadying: Literal["automatic", "none"] = parameter(
+        "automatic", description="whether steps that fail again and again are tried with a viscosity"
+    )
     viscosity: Viscosity | None = parameter(
-        None, description="force per volume against all motion, over its speed, that steadies a stack which wrinkles"
+        None, description="force per volume against all motion, over its speed, at all times; none unless given"
     )
 
     @model_validator(mode="after")

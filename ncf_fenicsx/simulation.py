@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from mpi4py import MPI
@@ -19,14 +19,12 @@ from ncf_fenicsx.progress import Progress
 from ncf_fenicsx.report import draw_summary
 from ncf_fenicsx.run_record import record
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.settling import Settling
 from ncf_fenicsx.solver import Newton, Outcome
+from ncf_fenicsx.steadying import Steadying
+from ncf_fenicsx.step_solver import StepSolver
 from ncf_fenicsx.stepping import Ending, March, StepControl, march
 from ncf_fenicsx.timing import Phases
-
-SETTLING = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25, target_iterations=10, max_steps=200)
-"""Shares of the weight, in place of time, for a stack that settles."""
-SETTLING_PATIENCE = 4
-"""Layers that bend by their weight part from each other row by row of nodes, one in each of Newton's iterations."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ class Simulation:
 
     def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool = False) -> None:
         self.scene, self.comm, self.phases = scene, comm, Phases()
-        self.milestones = scene.milestones
+        self.milestones, self.control = scene.milestones, StepControl.of(scene.solver, scene.milestones[-1])
         self.progress, self.interruption = Progress(self.milestones[-1], comm), Interruption(comm)
         self._restarts = restart and on_root(comm, (folder / NAME).is_file)
         with self.phases("mesh"):
@@ -88,14 +86,16 @@ class Simulation:
             self.problem.contacts.check_start()
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
+            self.steadying = Steadying.of_scene(scene, self.control.first)
+            self.steps = StepSolver(self.problem, self.newton, self.steadying)
         if not self._restarts:
             on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
         self.checkpoint = Checkpoint(folder, self.problem, {"energies": self.measures.energies.part()})
         self.history: list[dict[str, float]] = []
-        self.iterations = 0
         self.instability: dict[str, float] | None = None
+        self.steadied_from: float | None = None
         self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
 
     def run(self) -> Result:
@@ -103,61 +103,25 @@ class Simulation:
         with self.progress, self.interruption:
             ended = self._resume() if self._restarts else self._start()
             if ended.ending is Ending.DONE:
-                ended = march(step_control(self.scene), self.milestones, self.attempt, self.accept, ended)
+                ended = march(
+                    self.control,
+                    self.milestones,
+                    self.steps.attempt,
+                    self.accept,
+                    ended,
+                    self.problem.contacts.longest_step,
+                )
             self.finish(ended)
         return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
 
     def _start(self) -> March:
         """The march at time 0, the stack at rest."""
-        settled, control = self.settle(), step_control(self.scene)
-        if settled.ending is not Ending.DONE:
-            return settled
-        start = March(size=min(control.first, control.largest))
-        self.accept(start, 0.0, self._settled)
+        settling = Settling(self.steps)
+        start = settling.run()
+        if start.ending is Ending.DONE:
+            start.size = min(self.control.first, self.control.largest)
+            self.accept(start, 0.0, settling.outcome)
         return start
-
-    def settle(self) -> March:
-        """Bring the stack to rest under its weight, in parts of it where all at once fails."""
-        self._settled = Outcome(True, 0, "")
-        ended = march(SETTLING, [1.0], self._settle_part, self._keep_part)
-        if ended.ending is Ending.DONE:
-            return ended
-        return March().stop(f"the stack does not come to rest under its own weight: {ended.reason}")
-
-    def _settle_part(self, carried: float, more: float) -> Outcome:
-        """Try to carry more of the weight, as shares of it."""
-        self.problem.weight_share.value = carried + more
-        return self.attempt(0.0, 0.0, SETTLING_PATIENCE)
-
-    def _keep_part(self, progress: March, more: float, outcome: Outcome) -> None:
-        del more
-        self._settled = self._settled.followed_by(outcome)
-        if progress.time < 1.0:
-            self.problem.commit(0.0)
-
-    def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
-        """Try a step, with a factor on Newton's iterations; one that fails leaves no trace."""
-        self.problem.begin(time, size)
-        outcome = self._solve(patience)
-        self.iterations += outcome.iterations
-        defect = self.problem.defects.find() if outcome.converged else None
-        if defect is not None:
-            outcome = replace(outcome, converged=False, reason=defect)
-        if not outcome.converged:
-            self.problem.rollback(time)
-        return outcome
-
-    def _solve(self, patience: int) -> Outcome:
-        """Newton's method, again after each update of multipliers that a penetration above its tolerance asks for."""
-        outcome, updates = self.newton.solve(patience), 0
-        while outcome.converged and (augmented := self.problem.contacts.augment()) is not None:
-            penetration, most = augmented
-            updates += 1
-            if updates > most:
-                reason = f"penetration of {1e6 * penetration:.3g} um after {most} updates of the multipliers"
-                return Outcome(False, outcome.iterations, reason)
-            outcome = outcome.followed_by(self.newton.solve(patience))
-        return outcome
 
     def accept(self, progress: March, size: float, outcome: Outcome) -> None:
         """Commit a step, measure it, write it down and save it where that is due."""
@@ -167,6 +131,8 @@ class Simulation:
             if self.instability is None and outcome.negative_pivots:
                 self.instability = self._lost_stability(progress.time, outcome.negative_pivots)
             self.problem.commit(size)
+            self._note_steadying(progress.time)
+            self.steadying.held(size)
             row = self._row(progress, size, outcome, measured)
             self.history.append(row)
             self.results.append(row)
@@ -175,6 +141,14 @@ class Simulation:
                 self.results.fields(progress.time)
             self._save_if_due(progress)
         self.progress.show(row)
+
+    def _note_steadying(self, when: float) -> None:
+        """Say where a viscosity that the scene does not name comes first."""
+        if self.steadied_from is None and self.steadying.raised:
+            self.steadied_from = when
+            self.progress.note(
+                f"caution: from {when:.6g} s on a viscosity steadies the stack; viscous_share has its part"
+            )
 
     def _lost_stability(self, when: float, pivots: int) -> dict[str, float]:
         """Say where the run loses stability first; with its mode if the scene asks for it."""
@@ -194,7 +168,8 @@ class Simulation:
                 self.results.fields(ended.time)
             if self.history:
                 self._save(ended)
-        self.results.record(record(self.problem, ended, self.iterations, self.phases, self.instability))
+        stability = {"loss_of_stability": self.instability, "steadied_from": self.steadied_from}
+        self.results.record(record(self.problem, ended, self.steps.iterations, self.phases, stability))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 
@@ -212,12 +187,14 @@ class Simulation:
                 "size": progress.size,
                 "steps": progress.steps,
                 "cuts": progress.cuts,
-                "iterations": self.iterations,
+                "iterations": self.steps.iterations,
                 "cuts_before": self._cuts_before,
                 "seconds": self._seconds,
                 "rows": len(self.history),
                 "snapshots": self.results.snapshots,
                 "instability": self.instability,
+                "steadied_from": self.steadied_from,
+                "viscosity": self.steadying.raised,
             }
         )
         self._saved_at = time.monotonic()
@@ -226,8 +203,9 @@ class Simulation:
         """The march of the checkpoint, its state and its results."""
         saved = self.checkpoint.load()
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
-        self.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
-        self.instability = saved["instability"]
+        self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
+        self.instability, self.steadied_from = saved["instability"], saved["steadied_from"]
+        self.steadying.raised = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
         return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])
@@ -247,18 +225,3 @@ class Simulation:
         self._cuts_before = progress.cuts
         stability = {} if outcome.negative_pivots is None else {"negative_pivots": outcome.negative_pivots}
         return when | measured | stability | cost
-
-
-def step_control(scene: Scene) -> StepControl:
-    """Step control of a scene, sizes that it does not name taken from its duration."""
-    settings, duration = scene.solver, scene.milestones[-1]
-    first = settings.first_step or duration / 30
-    return StepControl(
-        first=first,
-        smallest=settings.smallest_step or first / 1e4,
-        largest=settings.largest_step or duration / 8,
-        growth=settings.growth,
-        cut=settings.cut,
-        target_iterations=settings.target_iterations,
-        max_steps=settings.max_steps,
-    )

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, TypeVar
 
+from ncf_fenicsx.scene import Solver
+
 
 class Attempt(Protocol):
     """What trying a step tells."""
@@ -61,6 +63,20 @@ class StepControl:
     target_iterations: int
     max_steps: int
 
+    @classmethod
+    def of(cls, settings: Solver, duration: float) -> StepControl:
+        """That of a scene's settings, sizes that these do not name taken from its duration (s)."""
+        first = settings.first_step or duration / 30
+        return cls(
+            first=first,
+            smallest=settings.smallest_step or first / 1e4,
+            largest=settings.largest_step or duration / 8,
+            growth=settings.growth,
+            cut=settings.cut,
+            target_iterations=settings.target_iterations,
+            max_steps=settings.max_steps,
+        )
+
     def next_size(self, size: float, iterations: int) -> float:
         """Size (s) after a step that took some iterations.
 
@@ -109,6 +125,7 @@ def march(
     attempt: Callable[[float, float], Tried],
     accept: Callable[[March, float, Tried], None],
     progress: March | None = None,
+    longest: Callable[[float, float], float] = lambda time, size: size,  # noqa: ARG005
 ) -> March:
     """Step through all milestones.
 
@@ -118,6 +135,7 @@ def march(
         attempt: tries the step from a time by a size (s), and leaves no trace if it fails.
         accept: told the march at its new time, the size of the step (s) and its attempt.
         progress: march to go on with; from time 0 unless given.
+        longest: step (s) from a time, no longer than a size, that may be taken.
     """
     progress = progress or March(size=min(control.first, control.largest))
     for milestone in milestones:
@@ -125,12 +143,14 @@ def march(
             if progress.steps >= control.max_steps:
                 return progress.stop(f"max_steps = {control.max_steps} reached")
             remaining = milestone - progress.time
-            step = control.fit(progress.size, remaining)
+            wanted = control.fit(progress.size, remaining)
+            step = longest(progress.time, wanted)
             outcome = attempt(progress.time, step)
             if outcome.converged:
                 progress.time = milestone if step == remaining else progress.time + step
                 progress.steps += 1
-                reached = max(step, progress.size) if step == remaining else step
+                shortened = step == remaining or step < wanted
+                reached = max(step, progress.size) if shortened else step
                 progress.size = control.next_size(reached, outcome.iterations)
                 accept(progress, step, outcome)
                 continue

@@ -122,7 +122,7 @@ def test_a_forced_failure_restores_the_state_bit_for_bit(table, laws):
         problem.commit(size)
     before, residual = state_of(problem), newton.evaluate_residual()
 
-    newton.settings = newton.settings.model_copy(update={"max_iterations": 1})
+    newton.progress.settings = newton.settings.model_copy(update={"max_iterations": 1})
     problem.begin(2.5, 5.0)
     outcome = newton.solve()
     assert not outcome.converged

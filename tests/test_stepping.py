@@ -96,6 +96,26 @@ def test_a_step_that_no_smaller_one_would_mend_ends_the_march_at_once():
     assert len(tries) == len(accepted) + 1
 
 
+def test_a_step_that_may_not_be_longer_is_shortened_and_does_not_shrink_the_next():
+    def longest(time, size):
+        return 7.3 - time if time < 7.3 < time + size else size
+
+    accepted = []
+    ended = march(
+        CONTROL,
+        [30.0],
+        lambda *_: Try(iterations=7),
+        lambda at, size, _: accepted.append((at.time, size)),
+        None,
+        longest,
+    )
+    assert ended.ending is Ending.DONE
+    assert 7.3 in [time for time, _ in accepted]
+    sizes = dict(accepted)
+    assert sizes[7.3] == pytest.approx(0.3)
+    assert sizes[8.3] == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("stop", [1, 4, 7])
 def test_a_march_that_goes_on_takes_the_steps_of_one_that_never_stopped(stop):
     def attempt(time, size):

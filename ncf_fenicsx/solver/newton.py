@@ -13,6 +13,7 @@ from petsc4py import PETSc
 from ncf_fenicsx.scene import Solver as Settings
 from ncf_fenicsx.solver.border import border
 from ncf_fenicsx.solver.critical_mode import critical_mode, negative_pivots
+from ncf_fenicsx.solver.progress import Progress
 from ncf_fenicsx.solver.system import Outcome, System
 from ncf_fenicsx.solver.tangent_matrix import TangentMatrix
 from ncf_fenicsx.timing import Phases
@@ -25,11 +26,6 @@ REASONS = {
     PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
     PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed: singular tangent or not enough memory",
 }
-FLOOR_INCREMENT = 1e-3
-RUNAWAY = 4.0
-"""Factor over the first increment from which on an increment shows that the step is too large."""
-RUNAWAY_FROM = 0.005
-"""Increment over the length that is no sign of that yet."""
 LINE_SEARCHES = {"full": "basic", "critical_point": "cp", "error_oriented": "nleqerr", "residual": "bt"}
 """Names of PETSc for those of a scene."""
 OPTIONS = {
@@ -60,14 +56,12 @@ class Newton:
         interrupted: Callable[[], str | None] = lambda: None,
     ) -> None:
         self.system, self.settings, self.phases, self._interrupted = system, settings, phases, interrupted
-        self._given_up, self._hopeless = "", False
-        self._patience, self._first_increment = 1, 0.0
+        self.progress, self._stopped = Progress(system, settings), ""
         self.vector = fem_petsc.create_vector(system.residual_form)
         self.unknown = self.vector.duplicate()
         self.load = 0.0
         held = system.supports.dofs
         self._held = held[held < self.vector.getLocalSize()]
-        self.floor = system.force_floor
         self.snes = self._snes()
         self.tangent = TangentMatrix(system, self._held)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -79,7 +73,8 @@ class Newton:
             patience: factor on the number of iterations after which to give up.
         """
         system = self.system
-        self._patience, self._given_up, self._hopeless = patience, "", False
+        self._stopped = ""
+        self.progress.begin(patience)
         if self.tangent.follow_links():
             self.snes.getKSP().reset()  # the factors are those of the old pattern
             self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -87,14 +82,26 @@ class Newton:
         with self.phases("solve"):
             reason = self._run()
         self._take(self.unknown)
-        words = "converged" if reason > 0 else REASONS.get(reason, f"SNES stopped with reason {reason}")
-        words = f"{self._given_up or words} ({self.snes.getFunctionNorm():.2g} N unbalanced)"
         iterations = self.snes.getIterationNumber()
-        return Outcome(reason > 0, iterations, words, self._hopeless, self._negative_pivots(reason))
+        pivots = self._negative_pivots(reason)
+        words = "converged" if reason > 0 else self._failure(reason, pivots)
+        return Outcome(reason > 0, iterations, words, bool(self._stopped), pivots)
+
+    def _failure(self, reason: int, pivots: int | None) -> str:
+        """In words, why a solve failed, where forces are out of balance, and whether stability is lost."""
+        if self._stopped:
+            return self._stopped
+        words = self.progress.given_up or REASONS.get(reason, f"SNES stopped with reason {reason}")
+        norm = self.snes.getFunctionNorm()
+        if np.isfinite(norm):
+            words += f" ({norm:.2g} N unbalanced, most at {self.progress.place_of_largest(self.vector.array_r)})"
+        return words + (f"; stability is lost: {pivots} negative pivots" if pivots else "")
 
     def _negative_pivots(self, reason: int) -> int | None:
         """Of the last factors; None where these are no LDL^T, or there are none."""
-        if not self.system.symmetric or reason < 0:
+        unsolved = reason < 0 and not self.snes.getIterationNumber()
+        failed = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        if not self.system.symmetric or failed or unsolved:
             return None
         return negative_pivots(self.snes.getKSP().getPC())
 
@@ -186,7 +193,7 @@ class Newton:
         controls = [control for control in self.system.contacts.controls if control.active]
         heights = border(step, controls, self.snes.getKSP().solve, self._held)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
-        scale = min(1.0, self.system.increment_cap / largest) if largest else 1.0
+        scale = min(0.5 if self.progress.cycling else 1.0, self.system.increment_cap / largest) if largest else 1.0
         step.scale(scale)
         for control, height in zip(controls, heights, strict=True):
             control.shift(-scale * height)
@@ -197,38 +204,13 @@ class Newton:
             return reasons.DIVERGED_FNORM_NAN
         interruption = self._interrupted()
         if interruption is not None:
-            self._given_up, self._hopeless = interruption, True
+            self._stopped = interruption
             return reasons.DIVERGED_INNER
         if iteration:
-            increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
-            if self._small(residual, increment) and not self.system.contacts.keeping:
-                return reasons.CONVERGED_FNORM_ABS
-            self._given_up = self._no_progress(iteration, increment)
-        return reasons.DIVERGED_INNER if self._given_up else reasons.ITERATING
-
-    def _no_progress(self, iteration: int, increment: float) -> str:
-        """In words, why to give up after an iteration with an increment (m); empty to go on."""
-        if iteration == 1:
-            self._first_increment = max(increment, RUNAWAY_FROM * self.system.length)
-        if increment > RUNAWAY * self._patience * self._first_increment:
-            return "Newton's increments grow"
-        if iteration >= self._patience * self.settings.max_iterations:
-            return f"Newton's method did not converge in {iteration} iterations"
-        return ""
-
-    def _small(self, residual: float, increment: float) -> bool:
-        """Whether forces balance, those under control included, and the last increment (m) is small.
-
-        Where round-off alone is above the force tolerance, the increment has to be smaller by as much as it takes for
-        the next one, with quadratic convergence, to vanish in round-off too.
-        """
-        allowed = self.settings.increment_tolerance * self.system.length
-        for control in self.system.contacts.controls:
-            if control.target is not None and abs(control.excess()) > self.settings.force_tolerance * control.target:
-                return False
-        if residual <= self.settings.force_tolerance * self.load:
-            return increment <= allowed
-        return residual <= self.floor and increment <= FLOOR_INCREMENT * allowed
+            self.progress.follow(iteration, residual, self.load, snes.getSolutionUpdate().array_r)
+        if self.progress.converged:
+            return reasons.CONVERGED_FNORM_ABS
+        return reasons.DIVERGED_INNER if self.progress.given_up else reasons.ITERATING
 
 
 def petsc_version() -> str:

@@ -39,6 +39,9 @@ class Contacts(Protocol):
     def release(self, solves: int) -> None:
         """Keep nothing in contact any more that is kept for no more than a number of linear solves."""
 
+    def touching(self) -> NDArray[np.bool_]:
+        """Where there is contact now, on this rank; the same places in the same order at each call."""
+
     def residual(self) -> Iterator[tuple[Integers, Floats]]:
         """Global node numbers, and residuals in N of shape (nodes, 3)."""
 

@@ -1,0 +1,88 @@
+"""What Newton's iterations are taken for: contact that goes back and forth, increments that grow, too many."""
+
+import numpy as np
+import pytest
+from assembled import COMM, build
+
+from ncf_fenicsx.solver.progress import RUNAWAY, Progress
+
+
+class Contact:
+    """Says what a test tells it to."""
+
+    controls, keeping = (), False
+
+    def __init__(self, patterns):
+        self.patterns = iter(patterns)
+
+    def touching(self):
+        return np.array(next(self.patterns), dtype=bool)
+
+
+class System:
+    """A problem with another contact."""
+
+    def __init__(self, problem, patterns):
+        self.displacement, self.length, self.force_floor = problem.displacement, problem.length, 0.0
+        self.contacts = Contact(patterns)
+
+
+OPEN, HALF, CLOSED = [0, 0, 0], [0, 1, 0], [1, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("patterns", "sizes", "cycling"),
+    [
+        ([OPEN, CLOSED, OPEN, CLOSED], [1, 1, 1], True),
+        ([OPEN, CLOSED, OPEN, CLOSED], [1, 0.5, 0.2], False),
+        ([OPEN, HALF, CLOSED, OPEN], [1, 1, 1], False),
+        ([OPEN, OPEN, OPEN, OPEN], [1, 1, 1], False),
+    ],
+    ids=["back and forth", "back and forth, dying out", "around", "at rest"],
+)
+def test_contact_that_goes_back_and_forth_is_a_cycle(table, patterns, sizes, cycling):
+    problem, _ = build(table)
+    progress = Progress(System(problem, patterns), problem.scene.solver)
+    update = np.zeros(3 * problem.space.dofmap.index_map.size_local)
+    for iteration, size in enumerate(sizes, 1):
+        update[:] = 1e-6 * size
+        progress.follow(iteration, 1.0, 1.0, update)
+    assert progress.cycling == cycling
+    assert not progress.given_up
+
+
+def test_a_cycle_that_lasts_is_named_with_its_place(table):
+    problem, _ = build(table)
+    most = problem.scene.solver.max_iterations
+    progress = Progress(System(problem, [OPEN, CLOSED] * most), problem.scene.solver)
+    points = problem.space.tabulate_dof_coordinates()[: problem.space.dofmap.index_map.size_local]
+    update = np.full((len(points), 3), 1e-7)
+    update[np.all(np.isclose(points, [6e-3, 3e-3, 4e-3]), axis=1), 2] = -1e-6
+    for iteration in range(1, most + 1):
+        assert not progress.given_up
+        progress.follow(iteration, 1.0, 1.0, update.ravel())
+    assert progress.given_up == "contact opens and closes in turns, most at (6, 3, 4) mm"
+
+
+def test_increments_that_grow_are_given_up_at_once(table):
+    problem, _ = build(table)
+    progress = Progress(System(problem, [OPEN] * 9), problem.scene.solver)
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, 0.1 * problem.length)
+    progress.follow(1, 1.0, 1.0, update)
+    progress.follow(2, 1.0, 1.0, 0.99 * RUNAWAY * update)
+    assert not progress.given_up
+    progress.follow(3, 1.0, 1.0, 1.01 * RUNAWAY * update)
+    assert "grow" in progress.given_up
+
+
+def test_a_failure_names_where_forces_are_out_of_balance(table):
+    """A node is pushed far out of its place; the first iteration cannot mend that and is the only one allowed."""
+    problem, newton = build(table | {"solver": {"max_iterations": 1}})
+    points = problem.space.tabulate_dof_coordinates()
+    problem.begin(0.0, 1.0)
+    problem.displacement.x.array.reshape(-1, 3)[np.all(np.isclose(points, [6e-3, 3e-3, 2e-3]), axis=1), 0] = 5e-5
+    outcome = newton.solve()
+    assert not outcome.converged
+    assert "in 1 iterations" in outcome.reason
+    assert "N unbalanced, most at (" in outcome.reason
+    assert len(set(COMM.allgather(outcome.reason))) == 1
