@@ -194,6 +194,12 @@ class Problem:
         self._segments = self._segments_at(self._time)
         self._set_time(self._time, 0.0)
 
+    def perturb(self, change: Floats) -> None:
+        """Change the committed displacement, of this rank's local dofs, by so much (m)."""
+        self.start.x.array[:] += change
+        self.displacement.x.array[:] = self.start.x.array
+        self.contacts.refresh()
+
     def rollback(self, time: float) -> None:
         """Return to the committed state at ``time`` (s), bit for bit."""
         self.displacement.x.array[:] = self.start.x.array

@@ -19,7 +19,7 @@ from ncf_fenicsx.parts import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
 from ncf_fenicsx.scene_laws import Laws
 from ncf_fenicsx.scene_stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
-from ncf_fenicsx.units import Acceleration, PositiveTime, Viscosity
+from ncf_fenicsx.units import Acceleration, PositiveLength, PositiveTime, Viscosity
 
 
 class Solver(Settings):
@@ -36,10 +36,10 @@ class Solver(Settings):
     tangent: Literal["extrapolated", "plain"] = parameter(
         "extrapolated", description="membrane stress in the tangent: extrapolated from the last iterate, or the current"
     )
-    line_search: Literal["full", "critical_point", "error_oriented", "residual"] = parameter(
+    line_search: Literal["full", "critical_point", "error_oriented", "residual", "trust_region"] = parameter(
         "full",
         description="length of Newton's steps: whole; to where the residual is across the step (PETSc's cp); "
-        "by the next simplified correction (nleqerr); by the residual's norm (bt)",
+        "by the next simplified correction (nleqerr); by the residual's norm (bt); within a trust region (newtontr)",
     )
     force_tolerance: float = parameter(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="last increment over the layer's thickness")
@@ -51,6 +51,9 @@ class Solver(Settings):
 
     steadying: Literal["automatic", "none"] = parameter(
         "automatic", description="whether steps that fail again and again are tried with a viscosity"
+    )
+    perturbation: PositiveLength | None = parameter(
+        None, description="largest displacement of a push along the critical mode, where stability is lost first"
     )
     viscosity: Viscosity | None = parameter(
         None, description="force per volume against all motion, over its speed, at all times; none unless given"
@@ -128,6 +131,15 @@ class Scene(Settings):
         if self.solver.line_search != "full" and any(tool.under_force for tool in self.tool):
             expected = 'expected "full" with a tool under a force, whose height follows whole steps'
             raise impossible("solver.line_search", self.solver.line_search, expected)
+        return self
+
+    @model_validator(mode="after")
+    def _modes_are_of_a_symmetric_tangent(self) -> Self:
+        if self.solver.perturbation is not None and not self.symmetric:
+            expected = "expected none, where a law or contact makes the tangent not symmetric"
+            raise impossible("solver.perturbation", f"{1e3 * self.solver.perturbation:.6g} mm", expected)
+        if self.solver.perturbation is not None and self.solver.steadying == "none":
+            raise impossible("solver.steadying", "none", 'expected "automatic" with solver.perturbation')
         return self
 
     @model_validator(mode="after")

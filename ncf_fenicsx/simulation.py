@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx.checkpoint import NAME, Checkpoint
 from ncf_fenicsx.interruption import Interruption
+from ncf_fenicsx.loss_of_stability import LossOfStability
 from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.outputs import Results, check_folder, prepare_folder
@@ -92,10 +93,11 @@ class Simulation:
             on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
-        self.checkpoint = Checkpoint(folder, self.problem, {"energies": self.measures.energies.part()})
+        self.stability = LossOfStability(self.newton, self.measures, self.results, self.progress, self.steps)
+        self.checkpoint = Checkpoint(
+            folder, self.problem, {"energies": self.measures.energies.part()} | self.steps.parts()
+        )
         self.history: list[dict[str, float]] = []
-        self.instability: dict[str, float] | None = None
-        self.steadied_from: float | None = None
         self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
 
     def run(self) -> Result:
@@ -128,11 +130,10 @@ class Simulation:
         with self.phases("output"):
             residual = self.newton.evaluate_residual()
             measured = self.measures.observe(residual)
-            if self.instability is None and outcome.negative_pivots:
-                self.instability = self._lost_stability(progress.time, outcome.negative_pivots)
+            self.stability.watch(progress.time, outcome)
             self.problem.commit(size)
-            self._note_steadying(progress.time)
-            self.steadying.held(size)
+            self.steps.held(size)
+            self.stability.leave_branch()
             row = self._row(progress, size, outcome, measured)
             self.history.append(row)
             self.results.append(row)
@@ -142,24 +143,6 @@ class Simulation:
             self._save_if_due(progress)
         self.progress.show(row)
 
-    def _note_steadying(self, when: float) -> None:
-        """Say where a viscosity that the scene does not name comes first."""
-        if self.steadied_from is None and self.steadying.raised:
-            self.steadied_from = when
-            self.progress.note(
-                f"caution: from {when:.6g} s on a viscosity steadies the stack; viscous_share has its part"
-            )
-
-    def _lost_stability(self, when: float, pivots: int) -> dict[str, float]:
-        """Say where the run loses stability first; with its mode if the scene asks for it."""
-        found: dict[str, float] = {"time": when, "negative_pivots": pivots}
-        if self.scene.output.critical_mode and (pair := self.newton.critical_mode()) is not None:
-            value, mode = pair
-            self.results.mode(mode)
-            found |= {"eigenvalue": value, "wavelength": self.measures.contacts.wavelength(mode)}
-        self.progress.note(f"caution: stability is lost at {when:.6g} s ({pivots} negative pivots of the tangent)")
-        return found
-
     def finish(self, ended: March) -> None:
         """Write the last good state, the record of the run and the picture."""
         written = [time for time, _ in self.results.snapshots]
@@ -168,7 +151,7 @@ class Simulation:
                 self.results.fields(ended.time)
             if self.history:
                 self._save(ended)
-        stability = {"loss_of_stability": self.instability, "steadied_from": self.steadied_from}
+        stability = self.stability.record()
         self.results.record(record(self.problem, ended, self.steps.iterations, self.phases, stability))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
@@ -192,8 +175,7 @@ class Simulation:
                 "seconds": self._seconds,
                 "rows": len(self.history),
                 "snapshots": self.results.snapshots,
-                "instability": self.instability,
-                "steadied_from": self.steadied_from,
+                "stability": self.stability.record(),
                 "viscosity": self.steadying.raised,
             }
         )
@@ -204,7 +186,7 @@ class Simulation:
         saved = self.checkpoint.load()
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
         self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
-        self.instability, self.steadied_from = saved["instability"], saved["steadied_from"]
+        self.stability.recall(saved["stability"])
         self.steadying.raised = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")

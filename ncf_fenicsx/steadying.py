@@ -53,10 +53,14 @@ class Steadying:
         """Present viscosity in Pa s/m2."""
         return self.constant + self.raised
 
+    def start(self) -> None:
+        """Have it come, if it is not there yet."""
+        self.raised = self.raised or self.first
+
     def failed(self, size: float) -> None:
         """Raise it after a step of a size (s) that failed, if that is in trouble."""
         if size < TROUBLE * self.first_step and not self.raised:
-            self.raised = self.first
+            self.start()
         elif size < DEEP_TROUBLE * self.first_step:
             self.raised *= RAISE
 

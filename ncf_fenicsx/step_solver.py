@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.solver import Newton, Outcome
+from ncf_fenicsx.state_parts import Place, StatePart
 from ncf_fenicsx.steadying import Steadying
+
+Floats = NDArray[np.float64]
 
 
 class StepSolver:
@@ -24,6 +30,7 @@ class StepSolver:
     def __init__(self, problem: Problem, newton: Newton, steadying: Steadying) -> None:
         self.problem, self.newton, self.steadying = problem, newton, steadying
         self.iterations = 0
+        self._push = np.zeros_like(problem.displacement.x.array)
 
     def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
         """Try the step from a time by a size (s), with a factor on Newton's iterations."""
@@ -37,7 +44,27 @@ class StepSolver:
         if not outcome.converged:
             self.problem.rollback(time)
             self.steadying.failed(size)
+            if self.problem.scene.solver.perturbation is not None:
+                self.push(-0.5 * self._push)
         return outcome
+
+    def push(self, change: Floats) -> None:
+        """Push the committed stack by so much (m, this rank's local dofs); halved as often as the next step fails."""
+        self.problem.perturb(change)
+        self._push += change
+
+    def held(self, size: float) -> None:
+        """Go on after a step of a size (s) that was accepted."""
+        self._push[:] = 0.0
+        self.steadying.held(size)
+
+    def parts(self) -> dict[str, StatePart]:
+        """What a checkpoint has to keep, if the scene asks for a push."""
+        if self.problem.scene.solver.perturbation is None:
+            return {}
+        return {
+            "push": StatePart(Place.NODES, lambda: self._push, lambda rows: np.copyto(self._push, rows.ravel())),
+        }
 
     def _solve(self, patience: int) -> Outcome:
         """Newton's method, again after each update of multipliers that a penetration above its tolerance asks for."""

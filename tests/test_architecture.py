@@ -30,6 +30,7 @@ ORDER = (
     ("solver", "stepping", "steadying", "contact_measures", "energies"),
     ("measures", "sections", "checkpoint", "run_record", "step_solver"),
     ("outputs", "progress", "report", "reference", "preview", "settling"),
+    ("loss_of_stability",),
     ("simulation", "benchmark"),
     ("study",),
     ("cli",),

@@ -1,6 +1,7 @@
 """Loss of stability: pivots and the critical mode against dense eigenvalues, and runs that go on past it."""
 
 import json
+from pathlib import Path
 
 import meshio
 import numpy as np
@@ -142,3 +143,18 @@ def test_a_stack_that_snaps_is_carried_on_by_a_viscosity_that_hardly_shows(folde
     assert 0 < ends.history[-1]["viscous_share"] < 1e-2
     assert ends.history[-1]["viscous_force"] < 0.05 * ends.history[-1]["tool_force"]
     assert any(row["negative_pivots"] for row in before) == (record["loss_of_stability"] is not None)
+
+
+@pytest.mark.serial
+def test_a_push_along_the_critical_mode_leads_to_the_stable_branch(folder):
+    """A long roller 2.5 mm into 8 mm: without a push the run stays on the branch that is no longer stable."""
+    long_roller = Path(__file__).parents[1] / "demos" / "long_roller.toml"
+    settings = ["stack.divisions=[20, 1]", 'tool.path.0.travel=["0 mm", "0 mm", "-2.5 mm"]', "output.picture=false"]
+    stays = run(Scene.read(long_roller, settings), folder / "stays").history
+    lost = next(k for k, row in enumerate(stays) if row["negative_pivots"])
+    assert all(row["negative_pivots"] > 0 for row in stays[lost:])
+    left = run(Scene.read(long_roller, [*settings, "solver.perturbation=0.05 mm"]), folder / "left").history
+    assert [row["tool_force"] for row in left[: lost + 1]] == [row["tool_force"] for row in stays[: lost + 1]]
+    assert all(row["negative_pivots"] == 0 for row in left[lost + 1 :])
+    assert left[-1]["tool_force"] < 0.99 * stays[-1]["tool_force"]
+    assert 0 < left[-1]["viscous_share"] < 5e-3

@@ -28,6 +28,8 @@ REASONS = {
 }
 LINE_SEARCHES = {"full": "basic", "critical_point": "cp", "error_oriented": "nleqerr", "residual": "bt"}
 """Names of PETSc for those of a scene."""
+KEEP_NONE = 1_000
+"""Linear solves of a step for which contact is kept no more: a trust region judges steps before it could be let go."""
 OPTIONS = {
     "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
     "options_left": "no",  # no complaint where nothing was solved
@@ -75,6 +77,8 @@ class Newton:
         system = self.system
         self._stopped = ""
         self.progress.begin(patience)
+        if self._in_trust_region:
+            self.system.contacts.release(KEEP_NONE)
         if self.tangent.follow_links():
             self.snes.getKSP().reset()  # the factors are those of the old pattern
             self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -138,10 +142,11 @@ class Newton:
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.vector.comm)
         snes.setOptionsPrefix("ncf_")
-        search = {"ncf_snes_linesearch_type": LINE_SEARCHES[self.settings.line_search]}
-        for name, value in (OPTIONS | search).items():
+        for name, value in (OPTIONS | self._globalisation()).items():
             PETSc.Options()[name] = value
-        snes.setType("newtonls")
+        snes.setType("newtontr" if self._in_trust_region else "newtonls")
+        if self._in_trust_region:
+            snes.setTRTolerances(delta_min=0.0, delta_max=self.system.increment_cap, delta_0=self.system.increment_cap)
         snes.setFunction(self._residual, self.vector)
         snes.setConvergenceTest(self._test)
         snes.setLineSearchPreCheck(self._before_step)
@@ -151,6 +156,16 @@ class Newton:
         snes.getKSP().getPC().setFactorSolverType("mumps")
         snes.setFromOptions()
         return snes
+
+    @property
+    def _in_trust_region(self) -> bool:
+        return self.settings.line_search == "trust_region"
+
+    def _globalisation(self) -> dict[str, str]:
+        """Options on the length of steps."""
+        if self._in_trust_region:
+            return {"ncf_snes_tr_norm_type": "infinity", "ncf_snes_tr_fallback_type": "newton"}
+        return {"ncf_snes_linesearch_type": LINE_SEARCHES[self.settings.line_search]}
 
     def _take(self, x: Any) -> None:
         x.ghostUpdate(INSERT, FORWARD)
