@@ -35,8 +35,8 @@ class Energies:
     def __init__(self, problem: Problem) -> None:
         self.problem, self.copies = problem, problem.scene.stack.sides.copies
         self._viscous: tuple[Any, Any] | None = None
-        tools, solver = len(problem.contacts.tools), problem.scene.solver
-        self.may_be_steadied = solver.steadying == "automatic" or solver.viscosity is not None
+        tools = len(problem.contacts.tools)
+        self.may_be_steadied = problem.scene.solver.steadying == "automatic"
         self._sums: Floats = np.zeros(2)
         self._forces, self._tips = np.zeros((tools, 3)), self._places()
 

@@ -51,7 +51,7 @@ class LossOfStability:
             )
             if scene.output.critical_mode or scene.solver.perturbation is not None:
                 self._find_mode(self.lost)
-        if self.steadied_from is None and self.steadying.raised:
+        if self.steadied_from is None and self.steadying.value:
             self.steadied_from = time
             self.progress.note(f"caution: a viscosity steadies the stack from {time:.6g} s on: see viscous_share")
 

@@ -24,6 +24,7 @@ from ncf_fenicsx.state_parts import Place, StatePart, under
 from ncf_fenicsx.states import States, at_corners, at_quadrature_points
 from ncf_fenicsx.supports import hold
 from ncf_fenicsx.symbols import FormSymbols
+from ncf_fenicsx.viscosity import Viscosity
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +47,7 @@ class Problem:
         states: committed state fields at quadrature points.
         face_states: the same at the corners of cells; None unless a contact asks for the layer's own pressure there.
         contacts: tools, mould and layers on each other.
+        viscosity: what steadies the stack in trouble; None before there was any.
         defects: finds what makes a trial state impossible.
         terms: named terms of the residual; their sum is what is solved.
         symmetric: whether the tangent is symmetric.
@@ -73,8 +75,9 @@ class Problem:
         self.contacts = Contacts(scene, stack, self._body(), kinematics.area_vector)
         self.terms = self._terms()
         self._compile()
+        self.viscosity: Viscosity | None = None
         self.defects = Defects(stack, self.displacement, _points_of_volumes(), self.states, scene.packing_limit)
-        self._velocity = np.zeros_like(self.start.x.array)
+        self._velocity, self._drift = (np.zeros_like(self.start.x.array) for _ in range(2))
         self._segments = self._segments_at(0.0)
         self._set_time(0.0, 0.0)
 
@@ -122,15 +125,22 @@ class Problem:
         self.residual_form = compat.compile_form(sum(self.terms.values()))
         self.tangent_form = compat.compile_form(self._tangent())
 
-    def steady(self, viscosity: float) -> None:
-        """Let a force per volume act against all motion: a viscosity (Pa s/m2) times its speed."""
-        if viscosity and "viscosity" not in self.terms:
-            self._viscosity = self.symbols(viscosity)
-            speed = (self.displacement - self.start) * self.clock.inverse_time_step
-            self.terms["viscosity"] = self._viscosity * ufl.inner(speed, self.variation) * self.volumes.all
+    def steady(self, coefficient: float) -> None:
+        """Let a viscosity (Pa s/m2) act against motion that departs from the present one; it comes with the first."""
+        if coefficient and self.viscosity is None:
+            inverse = self.clock.inverse_time_step
+            self.viscosity = Viscosity(self.displacement, self.symbols(0.0), inverse)
+            self.terms["viscosity"] = self.viscosity.work(self.variation) * self.volumes.all
             self._compile()
-        if "viscosity" in self.terms:
-            self._viscosity.value = viscosity
+        if self.viscosity is None:
+            return
+        if not self.viscosity.coefficient.value:
+            self.drift_on()
+        self.viscosity.coefficient.value = coefficient
+
+    def drift_on(self) -> None:
+        """Have a viscosity not resist the motion of the last step."""
+        self._drift[:] = self._velocity
 
     def _tangent(self) -> ufl.Form:
         u, v, du = self.displacement, self.variation, self.increment
@@ -180,6 +190,9 @@ class Problem:
         self._set_time(time + size, size)
         self.contacts.begin(time, size)
         self.contacts.refresh()
+        self._drift *= same_way
+        if self.viscosity is not None:
+            self.viscosity.expect(self.start.x.array + size * self._drift)
 
     def commit(self, size: float) -> None:
         """Accept the trial state at the end of a step of ``size`` (s)."""
@@ -218,6 +231,10 @@ class Problem:
         parts |= under("state", self.states.parts())
         if self.face_states is not None:
             parts |= under("face_state", self.face_states.parts())
+        if self.scene.solver.steadying == "automatic":
+            parts["drift"] = StatePart(
+                Place.NODES, lambda: self._drift, lambda rows: np.copyto(self._drift, rows.ravel())
+            )
         return parts | self.contacts.parts()
 
     def resume(self, time: float) -> None:

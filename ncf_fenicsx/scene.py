@@ -19,7 +19,7 @@ from ncf_fenicsx.parts import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.scene_errors import SceneError, one_line
 from ncf_fenicsx.scene_laws import Laws
 from ncf_fenicsx.scene_stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
-from ncf_fenicsx.units import Acceleration, PositiveLength, PositiveTime, Viscosity
+from ncf_fenicsx.units import Acceleration, PositiveLength, PositiveTime
 
 
 class Solver(Settings):
@@ -54,9 +54,6 @@ class Solver(Settings):
     )
     perturbation: PositiveLength | None = parameter(
         None, description="largest displacement of a push along the critical mode, where stability is lost first"
-    )
-    viscosity: Viscosity | None = parameter(
-        None, description="force per volume against all motion, over its speed, at all times; none unless given"
     )
 
     @model_validator(mode="after")

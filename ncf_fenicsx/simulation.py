@@ -176,7 +176,7 @@ class Simulation:
                 "rows": len(self.history),
                 "snapshots": self.results.snapshots,
                 "stability": self.stability.record(),
-                "viscosity": self.steadying.raised,
+                "viscosity": self.steadying.value,
             }
         )
         self._saved_at = time.monotonic()
@@ -187,7 +187,7 @@ class Simulation:
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
         self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
         self.stability.recall(saved["stability"])
-        self.steadying.raised = saved["viscosity"]
+        self.steadying.value = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
         return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])

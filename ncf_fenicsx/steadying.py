@@ -30,41 +30,37 @@ class Steadying:
     Attributes:
         first: the viscosity that comes first, in Pa s/m2; 0 to have none come.
         first_step: the run's first time step in s.
-        constant: viscosity that the scene asks for at all times, 0 for none.
-        raised: the present one beside that.
+        value: the present one in Pa s/m2.
     """
 
     first: float
     first_step: float
-    constant: float = 0.0
-    raised: float = 0.0
+    value: float = 0.0
 
     @classmethod
     def of_scene(cls, scene: Scene, first_step: float) -> Steadying:
         """That of a scene whose run begins with a step of a size (s)."""
-        settings = scene.solver
         speed = max((segment.speed or 0.0 for segment in scene.segments), default=0.0)
         speed = speed or scene.stack.thickness / scene.milestones[-1]
-        first = SHARE * scene.natural_stiffness / speed if settings.steadying == "automatic" else 0.0
-        return cls(first, first_step, settings.viscosity or 0.0)
+        first = SHARE * scene.natural_stiffness / speed if scene.solver.steadying == "automatic" else 0.0
+        return cls(first, first_step)
 
-    @property
-    def value(self) -> float:
-        """Present viscosity in Pa s/m2."""
-        return self.constant + self.raised
+    def in_trouble(self, size: float) -> bool:
+        """Whether a step is as small as one of a size (s) only where steps have failed again and again."""
+        return size < TROUBLE * self.first_step
 
     def start(self) -> None:
         """Have it come, if it is not there yet."""
-        self.raised = self.raised or self.first
+        self.value = self.value or self.first
 
     def failed(self, size: float) -> None:
         """Raise it after a step of a size (s) that failed, if that is in trouble."""
-        if size < TROUBLE * self.first_step and not self.raised:
+        if self.in_trouble(size) and not self.value:
             self.start()
         elif size < DEEP_TROUBLE * self.first_step:
-            self.raised *= RAISE
+            self.value *= RAISE
 
     def held(self, size: float) -> None:
         """Lower it after a step of a size (s) that held, out of trouble."""
-        if size >= TROUBLE * self.first_step:
-            self.raised = LOWER * self.raised if self.raised > LEAST * self.first else 0.0
+        if not self.in_trouble(size):
+            self.value = LOWER * self.value if self.value > LEAST * self.first else 0.0

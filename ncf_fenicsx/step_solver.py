@@ -57,6 +57,8 @@ class StepSolver:
         """Go on after a step of a size (s) that was accepted."""
         self._push[:] = 0.0
         self.steadying.held(size)
+        if not self.steadying.in_trouble(size):
+            self.problem.drift_on()
 
     def parts(self) -> dict[str, StatePart]:
         """What a checkpoint has to keep, if the scene asks for a push."""

@@ -130,7 +130,4 @@ PositiveStress = Annotated[float, Quantity("Pa", "a positive stress", "242 GPa",
 ArealDensity = Annotated[float, Quantity("kg/m^2", "a positive areal density", "1425 g/m^2", above=0)]
 Density = Annotated[float, Quantity("kg/m^3", "a positive density", "1.79e6 g/m^3", above=0)]
 Acceleration = Annotated[float, Quantity("m/s^2", "an acceleration of at least 0", "9.81 m/s^2", least=0)]
-Viscosity = Annotated[
-    float, Quantity("Pa*s/m^2", "a positive viscosity per area, force per volume and speed", "1e7 Pa*s/m^2", above=0)
-]
 Penalty = Annotated[PenaltyStiffness, PenaltyField()]

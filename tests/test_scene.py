@@ -26,6 +26,19 @@ WRONG = {
     "roller inside the stack": (["tool.clearance=-1 mm"], "the tool starts in the stack"),
     "zero steps": (["solver.max_steps=0"], "solver.max_steps = 0: expected greater than 0"),
     "steps out of order": (["solver.first_step=2 s", "solver.largest_step=1 s"], "smallest_step <= first_step"),
+    "push without a mode": (
+        ["solver.perturbation=0.01 mm", "laws.in_plane.kind=as_printed"],
+        "solver.perturbation = '0.01 mm': expected none, where a law or contact",
+    ),
+    "push without help": (
+        ["solver.perturbation=0.01 mm", "solver.steadying=none"],
+        "solver.steadying = 'none': expected \"automatic\" with solver.perturbation",
+    ),
+    "push of no size": (["solver.perturbation=0 mm"], "solver.perturbation = '0 mm': expected a positive length"),
+    "trust region under force": (
+        ["solver.line_search=trust_region", "tool.path=[{hold='1 s', force='1 N'}]"],
+        "solver.line_search = 'trust_region': expected \"full\"",
+    ),
     "zero divisions": (["stack.divisions=[0, 4]"], "stack.divisions.0 = 0"),
     "unknown tool": (["tool.kind=rollr"], "tool.kind = 'rollr': no such tool"),
     "unknown law": (["laws.compaction.kind=magic"], "laws.compaction.kind = 'magic': no such compaction"),
