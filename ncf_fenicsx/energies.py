@@ -21,7 +21,7 @@ COLUMNS = {
         "N",
         "sum of the sizes of the vertical forces of a viscosity that steadies the stack, of the whole",
     ),
-    "viscous_share": ("1", "what that viscosity has taken since the start, over the work of the tools"),
+    "viscous_share": ("1", "sum of the energies that it took or gave in each step, over the work of the tools"),
 }
 
 
@@ -55,7 +55,7 @@ class Energies:
             forces = problem.contacts.body.spaces.forces(self._viscous[0])[:, 2]
             parts = np.array([np.abs(forces).sum(), float(fem.assemble_scalar(self._viscous[1]))])
             force, energy = self.copies * problem.comm.allreduce(parts)
-            self._sums[1] += energy
+            self._sums[1] += abs(energy)
         return {"viscous_force": float(force), "viscous_share": float(self._sums[1]) / work if work > 0 else 0.0}
 
     def _places(self) -> Floats:

@@ -32,6 +32,7 @@ COLUMNS = (
     "steps",
     "seconds",
     "stability_lost_s",
+    "viscous_share",
     "reference_force_N",
     "difference",
 )
@@ -149,4 +150,5 @@ def _result(folder: Path) -> Row:
         "steps": str(record["steps"]),
         "seconds": f"{record['seconds_total']:.1f}",
         "stability_lost_s": f"{lost['time']:.6g}" if lost else "",
+        "viscous_share": f"{float(rows[-1].get('viscous_share', 0)):.2g}" if rows else "",
     }
