@@ -29,6 +29,7 @@ class LossOfStability:
     Attributes:
         lost: when stability was lost first, with the pivots and, if the scene asks for the mode, its eigenvalue (N/m)
             and wavelength (m); None before.
+        distrust: in words, why to go no further; None while there is no reason.
         steadied_from: time in s from which a viscosity has steadied the stack that the scene does not name.
     """
 
@@ -39,11 +40,17 @@ class LossOfStability:
         self.problem, self.steps, self.steadying = measures.problem, steps, steps.steadying
         self.lost: dict[str, float] | None = None
         self.steadied_from: float | None = None
+        self.distrust: str | None = None
         self._mode: Floats | None = None
 
-    def watch(self, time: float, outcome: Outcome) -> None:
-        """Look at a step that ends at a time (s), before its commit."""
+    def watch(self, time: float, outcome: Outcome, viscous_share: float) -> None:
+        """Look at a step that ends at a time (s), before its commit; its viscosity has had a share of the work."""
         scene = self.problem.scene
+        if viscous_share > scene.solver.viscous_share:
+            self.distrust = (
+                f"the viscosity that steadies the stack has had {viscous_share:.2g} of the tools' work: "
+                "this is no solution of the laws"
+            )
         if self.lost is None and outcome.negative_pivots:
             self.lost = {"time": time, "negative_pivots": outcome.negative_pivots}
             self.progress.note(

@@ -52,6 +52,9 @@ class Solver(Settings):
     steadying: Literal["automatic", "none"] = parameter(
         "automatic", description="whether steps that fail again and again are tried with a viscosity"
     )
+    viscous_share: float = parameter(
+        0.5, gt=0, description="energy of that viscosity over the work of the tools at which a run stops"
+    )
     perturbation: PositiveLength | None = parameter(
         None, description="largest displacement of a push along the critical mode, where stability is lost first"
     )

@@ -86,7 +86,7 @@ class Simulation:
             self.problem = Problem(scene, stack)
             self.problem.contacts.check_start()
             self.measures = Measures(self.problem)
-            self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
+            self.newton = Newton(self.problem, scene.solver, self.phases, self._why_end)
             self.steadying = Steadying.of_scene(scene, self.control.first)
             self.steps = StepSolver(self.problem, self.newton, self.steadying)
         if not self._restarts:
@@ -113,6 +113,8 @@ class Simulation:
                     ended,
                     self.problem.contacts.longest_step,
                 )
+            if self.stability.distrust is not None:
+                ended.stop(self.stability.distrust)
             self.finish(ended)
         return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
 
@@ -125,12 +127,16 @@ class Simulation:
             self.accept(start, 0.0, settling.outcome)
         return start
 
+    def _why_end(self) -> str | None:
+        """In words, why to end at once; None to go on."""
+        return self.interruption.reason() or self.stability.distrust
+
     def accept(self, progress: March, size: float, outcome: Outcome) -> None:
         """Commit a step, measure it, write it down and save it where that is due."""
         with self.phases("output"):
             residual = self.newton.evaluate_residual()
             measured = self.measures.observe(residual)
-            self.stability.watch(progress.time, outcome)
+            self.stability.watch(progress.time, outcome, measured.get("viscous_share", 0.0))
             self.problem.commit(size)
             self.steps.held(size)
             self.stability.leave_branch()

@@ -159,6 +159,15 @@ def test_a_stack_that_snaps_is_carried_on_by_a_viscosity_that_hardly_shows(folde
 
 
 @pytest.mark.serial
+def test_a_run_that_viscosity_has_taken_over_is_stopped(folder):
+    result = run(Scene.from_table(CRIMPING | {"solver": {"viscous_share": 1e-8}}), folder)
+    assert not result.done
+    assert "no solution of the laws" in result.reason
+    assert result.history[-1]["viscous_share"] > 1e-8 >= result.history[-2]["viscous_share"]
+    assert (folder / "checkpoint.h5").is_file()
+
+
+@pytest.mark.serial
 def test_a_push_along_the_critical_mode_leads_to_the_stable_branch(folder):
     """A long roller 2.5 mm into 8 mm: without a push the run stays on the branch that is no longer stable."""
     long_roller = Path(__file__).parents[1] / "demos" / "long_roller.toml"
