@@ -126,20 +126,17 @@ class Problem:
         self.tangent_form = compat.compile_form(self._tangent())
 
     def steady(self, coefficient: float) -> None:
-        """Let a viscosity (Pa s/m2) act against motion that departs from the present one; it comes with the first."""
+        """Let a viscosity (Pa s/m2) act against motion that departs from the drift; its term comes with the first."""
         if coefficient and self.viscosity is None:
             inverse = self.clock.inverse_time_step
             self.viscosity = Viscosity(self.displacement, self.symbols(0.0), inverse)
             self.terms["viscosity"] = self.viscosity.work(self.variation) * self.volumes.all
             self._compile()
-        if self.viscosity is None:
-            return
-        if not self.viscosity.coefficient.value:
-            self.drift_on()
-        self.viscosity.coefficient.value = coefficient
+        if self.viscosity is not None:
+            self.viscosity.coefficient.value = coefficient
 
     def drift_on(self) -> None:
-        """Have a viscosity not resist the motion of the last step."""
+        """Have a viscosity not resist a motion such as that of the last step."""
         self._drift[:] = self._velocity
 
     def _tangent(self) -> ufl.Form:

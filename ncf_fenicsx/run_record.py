@@ -28,6 +28,7 @@ def record(
         phases: clock of the run.
         stability: when the run lost it first, and from when on a viscosity has steadied it.
     """
+    solver_settings = problem.scene.solver
     memory = problem.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     return {
         "title": problem.scene.title,
@@ -39,6 +40,11 @@ def record(
         "step_cuts": ended.cuts,
         "newton_iterations": iterations,
         **stability,
+        "convergence": {
+            "unbalanced_force_over_support": solver_settings.force_tolerance,
+            "unbalanced_force_of_round_off_N": problem.force_floor,
+            "increment_m": solver_settings.increment_tolerance * problem.length,
+        },
         "unknowns": 3 * problem.space.dofmap.index_map.size_global,
         "cells": problem.mesh.topology.index_map(3).size_global,
         "ranks": problem.comm.size,

@@ -43,7 +43,8 @@ class StepSolver:
             outcome = replace(outcome, converged=False, reason=defect)
         if not outcome.converged:
             self.problem.rollback(time)
-            self.steadying.failed(size)
+            if size:
+                self.steadying.failed(size)
             if self.problem.scene.solver.perturbation is not None:
                 self.push(-0.5 * self._push)
         return outcome
@@ -57,7 +58,7 @@ class StepSolver:
         """Go on after a step of a size (s) that was accepted."""
         self._push[:] = 0.0
         self.steadying.held(size)
-        if not self.steadying.in_trouble(size):
+        if not (self.steadying.value and self.steadying.in_trouble(size)):
             self.problem.drift_on()
 
     def parts(self) -> dict[str, StatePart]:

@@ -169,6 +169,9 @@ def test_outputs_read_back(table, folder):
     assert record["newton_iterations"] >= sum(row["newton_iterations"] for row in rows)
     assert {"mesh", "forms", "assembly", "solve", "output"} <= set(record["seconds"])
     assert record["peak_memory_mb"] > 50
+    convergence = record["convergence"]
+    assert convergence["increment_m"] == pytest.approx(1e-4 * 2e-3)
+    assert 0 < convergence["unbalanced_force_of_round_off_N"] < 1e-6
     assert (folder / "summary.png").read_bytes().startswith(b"\x89PNG")
 
 

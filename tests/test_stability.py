@@ -159,6 +159,20 @@ def test_a_stack_that_snaps_is_carried_on_by_a_viscosity_that_hardly_shows(folde
 
 
 @pytest.mark.serial
+def test_a_run_goes_on_from_the_midst_of_a_snap(folder):
+    """A step or two after the viscosity has come, while steps are small: it, its drift and its energy are kept."""
+    table = CRIMPING | {"solver": {"max_steps": 60}}
+    whole = run(Scene.from_table(table), folder / "whole").history
+    came = next(k for k, row in enumerate(whole) if row["viscous_force"])
+    assert came + 10 < len(whole)
+    for stop in (came, came + 2):
+        run(Scene.from_table(CRIMPING | {"solver": {"max_steps": stop}}), folder / str(stop))
+        parts = run(Scene.from_table(table), folder / str(stop), restart=True).history
+        for name in ("time", "tool_force", "viscous_force", "viscous_share", "newton_iterations"):
+            assert [row[name] for row in parts] == pytest.approx([row[name] for row in whole], rel=1e-8), name
+
+
+@pytest.mark.serial
 def test_a_run_that_viscosity_has_taken_over_is_stopped(folder):
     result = run(Scene.from_table(CRIMPING | {"solver": {"viscous_share": 1e-8}}), folder)
     assert not result.done
