@@ -53,6 +53,7 @@ class LossOfStability:
             )
         if self.lost is None and outcome.negative_pivots:
             self.lost = {"time": time, "negative_pivots": outcome.negative_pivots}
+            self.steadying.stability_lost = True
             self.progress.note(
                 f"caution: stability is lost at {time:.6g} s ({outcome.negative_pivots} negative pivots)"
             )
@@ -84,3 +85,4 @@ class LossOfStability:
     def recall(self, saved: dict[str, Any]) -> None:
         """Go on from a checkpoint."""
         self.lost, self.steadied_from = saved["loss_of_stability"], saved["steadied_from"]
+        self.steadying.stability_lost = self.lost is not None

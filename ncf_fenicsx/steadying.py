@@ -13,8 +13,9 @@ from ncf_fenicsx.scene import Scene
 
 SHARE = 5e-5
 """First viscosity times the speed of the tools, over a layer's natural stiffness."""
-TROUBLE, DEEP_TROUBLE = 0.2, 1e-3
-"""Shares of a run's first step: where smaller ones fail, the viscosity comes, and grows."""
+TROUBLE, PLAIN_TROUBLE, DEEP_TROUBLE = 0.2, 0.01, 1e-3
+"""Shares of a run's first step: where smaller ones fail, the viscosity comes if stability has been lost, comes if not
+(contact and friction have troubles of their own), and grows."""
 RAISE, LOWER = 4.0, 0.7
 LEAST = 1e-3
 """Share of the first viscosity below which there is none."""
@@ -31,11 +32,13 @@ class Steadying:
         first: the viscosity that comes first, in Pa s/m2; 0 to have none come.
         first_step: the run's first time step in s.
         value: the present one in Pa s/m2.
+        stability_lost: whether the run has lost stability.
     """
 
     first: float
     first_step: float
     value: float = 0.0
+    stability_lost: bool = False
 
     @classmethod
     def of_scene(cls, scene: Scene, first_step: float) -> Steadying:
@@ -55,8 +58,9 @@ class Steadying:
 
     def failed(self, size: float) -> None:
         """Raise it after a step of a size (s) that failed, if that is in trouble."""
-        if self.in_trouble(size) and not self.value:
-            self.start()
+        if not self.value:
+            if size < (TROUBLE if self.stability_lost else PLAIN_TROUBLE) * self.first_step:
+                self.start()
         elif size < DEEP_TROUBLE * self.first_step:
             self.value *= RAISE
 

@@ -162,7 +162,7 @@ def test_a_forced_failure_restores_the_height_bit_for_bit(name):
     assert problem.contacts.tools[0].heave < -1e-5
 
     generous = newton.settings
-    newton.settings = generous.model_copy(update={"max_iterations": 1})
+    newton.progress.settings = generous.model_copy(update={"max_iterations": 1})
     problem.begin(4.5, 2.0)
     assert not newton.solve().converged
     assert problem.contacts.tools[0].heave != before[2][0]
@@ -171,7 +171,7 @@ def test_a_forced_failure_restores_the_height_bit_for_bit(name):
     for old, new in zip(before, state_of(problem), strict=True):
         assert np.array_equal(old, new)
     assert np.array_equal(residual, newton.evaluate_residual())
-    newton.settings = generous
+    newton.progress.settings = generous
     problem.begin(4.5, 1.0)
     assert newton.solve().converged
     problem.commit(1.0)

@@ -3,11 +3,11 @@
 import pytest
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.steadying import DEEP_TROUBLE, LOWER, RAISE, TROUBLE, Steadying
+from ncf_fenicsx.steadying import DEEP_TROUBLE, LOWER, PLAIN_TROUBLE, RAISE, TROUBLE, Steadying
 
 
-def rule():
-    return Steadying(first=1e7, first_step=1.0)
+def rule(stability_lost=True):
+    return Steadying(first=1e7, first_step=1.0, stability_lost=stability_lost)
 
 
 def test_a_step_cut_once_is_no_trouble():
@@ -15,6 +15,15 @@ def test_a_step_cut_once_is_no_trouble():
     steadying.failed(1.0)
     steadying.failed(TROUBLE * 1.01)
     assert steadying.value == 0
+
+
+def test_troubles_without_a_loss_of_stability_get_it_later():
+    steadying = rule(stability_lost=False)
+    steadying.failed(0.9 * TROUBLE)
+    steadying.failed(1.01 * PLAIN_TROUBLE)
+    assert steadying.value == 0
+    steadying.failed(0.99 * PLAIN_TROUBLE)
+    assert steadying.value == 1e7
 
 
 def test_it_comes_in_trouble_grows_in_deep_trouble_and_goes_where_steps_hold():
