@@ -36,7 +36,6 @@ class Energies:
         self.problem, self.copies = problem, problem.scene.stack.sides.copies
         self._viscous: tuple[Any, Any] | None = None
         tools = len(problem.contacts.tools)
-        self.may_be_steadied = problem.scene.solver.steadying == "automatic"
         self._sums: Floats = np.zeros(2)
         self._forces, self._tips = np.zeros((tools, 3)), self._places()
 
@@ -69,7 +68,7 @@ class Energies:
         self._sums[0] -= 0.5 * ((forces + self._forces) * (tips - self._tips)).sum()
         self._forces, self._tips = forces, tips
         columns = {"tool_work": float(self._sums[0])} if tools else {}
-        return columns | (self._steadied() if self.may_be_steadied else {})
+        return columns | (self._steadied() if self.problem.scene.solver.may_steady else {})
 
     def part(self) -> StatePart:
         """The sums, for a checkpoint."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import basix
@@ -146,7 +147,7 @@ class Problem:
             tangent += self.material.extrapolated_tangent(u, self.last_iterate, v, du, self.volumes)
         return tangent
 
-    @property
+    @cached_property
     def force_floor(self) -> float:
         """Norm of the forces in N that round-off in the stiffest stress, or in penalty times place, leaves over."""
         comm = self.comm
@@ -228,7 +229,7 @@ class Problem:
         parts |= under("state", self.states.parts())
         if self.face_states is not None:
             parts |= under("face_state", self.face_states.parts())
-        if self.scene.solver.steadying == "automatic":
+        if self.scene.solver.may_steady:
             parts["drift"] = StatePart(
                 Place.NODES, lambda: self._drift, lambda rows: np.copyto(self._drift, rows.ravel())
             )

@@ -59,6 +59,11 @@ class Solver(Settings):
         None, description="largest displacement of a push along the critical mode, where stability is lost first"
     )
 
+    @property
+    def may_steady(self) -> bool:
+        """Whether a viscosity may come."""
+        return self.steadying == "automatic"
+
     @model_validator(mode="after")
     def _steps_in_order(self) -> Self:
         given = [step for step in (self.smallest_step, self.first_step, self.largest_step) if step is not None]
@@ -138,7 +143,7 @@ class Scene(Settings):
         if self.solver.perturbation is not None and not self.symmetric:
             expected = "expected none, where a law or contact makes the tangent not symmetric"
             raise impossible("solver.perturbation", f"{1e3 * self.solver.perturbation:.6g} mm", expected)
-        if self.solver.perturbation is not None and self.solver.steadying == "none":
+        if self.solver.perturbation is not None and not self.solver.may_steady:
             raise impossible("solver.steadying", "none", 'expected "automatic" with solver.perturbation')
         return self
 

@@ -25,9 +25,6 @@ LEAST = 1e-3
 class Steadying:
     """Viscosity of a run.
 
-    Measured on long rollers 2.5 and 4 mm into 8 mm, which stop without it: shares from 1e-5 to 1e-4 and factors from
-    0.25 to 0.7 end nearly all; later or earlier first trouble costs up to three times the iterations.
-
     Attributes:
         first: the viscosity that comes first, in Pa s/m2; 0 to have none come.
         first_step: the run's first time step in s.
@@ -45,7 +42,7 @@ class Steadying:
         """That of a scene whose run begins with a step of a size (s)."""
         speed = max((segment.speed or 0.0 for segment in scene.segments), default=0.0)
         speed = speed or scene.stack.thickness / scene.milestones[-1]
-        first = SHARE * scene.natural_stiffness / speed if scene.solver.steadying == "automatic" else 0.0
+        first = SHARE * scene.natural_stiffness / speed if scene.solver.may_steady else 0.0
         return cls(first, first_step)
 
     def in_trouble(self, size: float) -> bool:

@@ -92,14 +92,17 @@ class Newton:
         return Outcome(reason > 0, iterations, words, bool(self._stopped), pivots)
 
     def _failure(self, reason: int, pivots: int | None) -> str:
-        """In words, why a solve failed, where forces are out of balance, and whether stability is lost."""
+        """In words, why a solve failed, where forces are out of balance, and what its last tangent was like.
+
+        Negative pivots on the way to no equilibrium are no proof that stability is lost: contact has them too.
+        """
         if self._stopped:
             return self._stopped
         words = self.progress.given_up or REASONS.get(reason, f"SNES stopped with reason {reason}")
         norm = self.snes.getFunctionNorm()
         if np.isfinite(norm):
             words += f" ({norm:.2g} N unbalanced, most at {self.progress.place_of_largest(self.vector.array_r)})"
-        return words + (f"; stability is lost: {pivots} negative pivots" if pivots else "")
+        return words + (f"; its last tangent had {pivots} negative pivots" if pivots else "")
 
     def _negative_pivots(self, reason: int) -> int | None:
         """Of the last factors; None where these are no LDL^T, or there are none."""

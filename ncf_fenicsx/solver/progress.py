@@ -33,7 +33,7 @@ class Progress:
     """
 
     def __init__(self, system: System, settings: Settings) -> None:
-        self.system, self.settings, self.floor = system, settings, system.force_floor
+        self.system, self.settings = system, settings
         self.comm: MPI.Comm = system.displacement.function_space.mesh.comm
         self.begin(1)
 
@@ -90,7 +90,7 @@ class Progress:
                 return False
         if residual <= self.settings.force_tolerance * load:
             return increment <= allowed
-        return residual <= self.floor and increment <= FLOOR_INCREMENT * allowed
+        return residual <= self.system.force_floor and increment <= FLOOR_INCREMENT * allowed
 
     def place_of_largest(self, values: Floats) -> str:
         """Undeformed place, in words, of the node with the largest of some values at this rank's owned dofs."""
