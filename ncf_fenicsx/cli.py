@@ -1,4 +1,4 @@
-"""Command line: ``ncf-fenicsx run``, ``check``, ``keys`` and ``benchmark``, ``study``."""
+"""Command line: ``ncf-fenicsx run``, ``check``, ``keys``, ``compare``, ``benchmark`` and ``study``."""
 
 from __future__ import annotations
 
@@ -74,6 +74,30 @@ def keys_command() -> None:
     from ncf_fenicsx.reference import reference
 
     say(reference())
+
+
+@app.command("compare")
+def compare_command(
+    history: Annotated[Path, typer.Argument(metavar="HISTORY.csv", help="What is judged, of any code.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE.csv", help="What it is held against.")],
+    tolerance: Annotated[float, typer.Option(help="Allowed share of a column's largest size.", min=0)] = 0.02,
+    columns: Annotated[
+        list[str] | None, typer.Option("--column", metavar="NAME", help="Compare only this column. Repeatable.")
+    ] = None,
+    over: Annotated[str, typer.Option(metavar="NAME", help="Column that curves are drawn over.")] = "time",
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw both histories there.")] = None,
+) -> None:
+    """Hold a history against another one. Exit code 0: within the tolerance; 1: not; 2: bad input."""
+    from ncf_fenicsx.comparison import Comparison
+    from ncf_fenicsx.curves import Curves
+
+    if picture is not None and (picture.suffix != ".png" or not picture.parent.is_dir()):
+        raise SceneError(f"--picture {picture}: expected a file that ends with .png, in a folder that exists")
+    comparison = Comparison(Curves.read(history), Curves.read(reference), columns, over)
+    say(comparison.table(tolerance))
+    if picture is not None:
+        comparison.draw(picture)
+    raise typer.Exit(DONE if comparison.within(tolerance) else STOPPED)
 
 
 @app.command("benchmark")
