@@ -1,4 +1,4 @@
-"""Command line: ``ncf-fenicsx run``, ``check``, ``keys``, ``compare``, ``benchmark`` and ``study``."""
+"""Command line: ``ncf-fenicsx run``, ``explicit``, ``check``, ``keys``, ``compare``, ``benchmark`` and ``study``."""
 
 from __future__ import annotations
 
@@ -53,6 +53,22 @@ def run_command(
     from ncf_fenicsx.simulation import run
 
     result = run(scene, folder, overwrite=overwrite, restart=restart is not None)
+    say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
+    raise typer.Exit(DONE if result.done else STOPPED)
+
+
+@app.command("explicit")
+def explicit_command(
+    file: SceneFile,
+    out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME_explicit unless given.")] = None,
+    overrides: Overrides = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace results that the folder holds.")] = False,
+) -> None:
+    """March a scene by central differences, to compare with. Exit code 1 also where it was not quasi-static."""
+    scene = Scene.read(file, overrides or ())
+    from ncf_fenicsx.explicit import run_explicit
+
+    result = run_explicit(scene, out or Path("results") / f"{file.stem}_explicit", overwrite=overwrite)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
     raise typer.Exit(DONE if result.done else STOPPED)
 

@@ -86,10 +86,14 @@ class Contacts:
         terms = {name: contact.term for name, contact in zip(self.names, self.rigid, strict=True)}
         return terms | {numbered("interface", number): layer.term for number, layer in enumerate(self.layers)}
 
-    def begin(self, time: float, size: float) -> None:
+    def place(self, time: float, size: float) -> None:
         """Put the tools where they are after a step from ``time`` by ``size`` (s)."""
         for surface in self.rigid:
             surface.begin(time, size)
+
+    def begin(self, time: float, size: float) -> None:
+        """The same, with the forces of the step, and contact kept where it was for its first linear solves."""
+        self.place(time, size)
         for control in self.controls:
             control.begin(time, size)
             control.touch()

@@ -122,17 +122,26 @@ class Problem:
             terms["gravity"] = self.symbols(weight) * self.weight_share * v[2] * self.volumes.all
         return terms | self.contacts.terms()
 
+    def add_term(self, name: str, term: ufl.Form) -> None:
+        """Add a term to the residual."""
+        self.terms[name] = term
+        self._compile()
+
     def _compile(self) -> None:
         self.residual_form = compat.compile_form(sum(self.terms.values()))
-        self.tangent_form = compat.compile_form(self._tangent())
+        self.__dict__.pop("tangent_form", None)
+
+    @cached_property
+    def tangent_form(self) -> Any:
+        """Compiled derivative of the residual, for who needs it."""
+        return compat.compile_form(self._tangent())
 
     def steady(self, coefficient: float) -> None:
         """Let a viscosity (Pa s/m2) act against motion that departs from the drift; its term comes with the first."""
         if coefficient and self.viscosity is None:
             inverse = self.clock.inverse_time_step
             self.viscosity = Viscosity(self.displacement, self.symbols(0.0), inverse)
-            self.terms["viscosity"] = self.viscosity.work(self.variation) * self.volumes.all
-            self._compile()
+            self.add_term("viscosity", self.viscosity.work(self.variation) * self.volumes.all)
         if self.viscosity is not None:
             self.viscosity.coefficient.value = coefficient
 
@@ -178,6 +187,11 @@ class Problem:
         if self.contacts.mould is not None:
             carried += float(np.abs(self.contacts.mould.nodal_forces()[:, 2]).sum())
         return float(self.comm.allreduce(carried))
+
+    def place(self, time: float, size: float) -> None:
+        """Put the tools where they are after a step from ``time`` by ``size`` (s); the trial displacement stays."""
+        self._set_time(time + size, size)
+        self.contacts.place(time, size)
 
     def begin(self, time: float, size: float) -> None:
         """Put the tools where they are after a step from ``time`` by ``size`` (s), and predict the displacement."""

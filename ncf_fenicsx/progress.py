@@ -50,7 +50,11 @@ class Progress:
 
     def show(self, row: dict[str, float]) -> None:
         """Show an accepted step."""
-        text = f"{row['time']:9.3f} s  step {row['time_step']:7.3g} s  {row['newton_iterations']:2.0f} iterations"
+        text = f"{row['time']:9.3f} s  step {row['time_step']:7.3g} s"
+        if "newton_iterations" in row:
+            text += f"  {row['newton_iterations']:2.0f} iterations"
+        if "kinetic_share" in row:
+            text += f"  {row['explicit_steps']:.0f} steps  kinetic {100 * row['kinetic_share']:.2g} %"
         if "tool_force" in row:
             text += f"  {row['tool_force']:10.4g} N"
         if "vf_max" in row:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import platform
 import resource
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import dolfinx
@@ -16,19 +18,42 @@ from ncf_fenicsx.stepping import March
 from ncf_fenicsx.timing import Phases
 
 
-def record(
-    problem: Problem, ended: March, iterations: int, phases: Phases, stability: dict[str, Any]
-) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Result:
+    """How a run ended.
+
+    Attributes:
+        done: whether the end of the path was reached.
+        reason: in words, why the run ended.
+        folder: where its results are.
+        history: rows of ``history.csv``.
+    """
+
+    done: bool
+    reason: str
+    folder: Path
+    history: list[dict[str, float]]
+
+
+def tolerances(problem: Problem) -> dict[str, float]:
+    """What a solution had to hold."""
+    settings = problem.scene.solver
+    return {
+        "unbalanced_force_over_support": settings.force_tolerance,
+        "unbalanced_force_of_round_off_N": problem.force_floor,
+        "increment_m": settings.increment_tolerance * problem.length,
+    }
+
+
+def record(problem: Problem, ended: March, phases: Phases, more: dict[str, Any]) -> dict[str, Any]:
     """Contents of ``run.json``; collective.
 
     Args:
         problem: what was solved.
         ended: how the march through time ended.
-        iterations: Newton iterations, those of failed steps included.
         phases: clock of the run.
-        stability: when the run lost it first, and from when on a viscosity has steadied it.
+        more: what else is to be told.
     """
-    solver_settings = problem.scene.solver
     memory = problem.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     return {
         "title": problem.scene.title,
@@ -37,14 +62,7 @@ def record(
         "reason": ended.reason,
         "time": ended.time,
         "steps": ended.steps,
-        "step_cuts": ended.cuts,
-        "newton_iterations": iterations,
-        **stability,
-        "convergence": {
-            "unbalanced_force_over_support": solver_settings.force_tolerance,
-            "unbalanced_force_of_round_off_N": problem.force_floor,
-            "increment_m": solver_settings.increment_tolerance * problem.length,
-        },
+        **more,
         "unknowns": 3 * problem.space.dofmap.index_map.size_global,
         "cells": problem.mesh.topology.index_map(3).size_global,
         "ranks": problem.comm.size,

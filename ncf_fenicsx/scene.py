@@ -89,6 +89,29 @@ class Output(Settings):
     )
 
 
+class Explicit(Settings):
+    """Marching by central differences, for ``ncf-fenicsx explicit``: an explicit code to compare with."""
+
+    mass_scaling: float = parameter(5.0, ge=1, description="factor on the density")
+    time_scaling: float = parameter(
+        1000.0, ge=1, description="how much faster than in the scene the tools move; laws keep the scene's time"
+    )
+    bulk_viscosity: float = parameter(
+        0.06, ge=0, lt=1, description="damping of changes of volume, over the critical one of the highest mode"
+    )
+    damping: float = parameter(
+        0.02,
+        ge=0,
+        lt=1,
+        description="damping of all motion, over the critical one of the stack's lowest mode across it",
+    )
+    safety: float = parameter(0.9, gt=0, le=1, description="step over the largest stable one")
+    rows: PositiveInt = parameter(200, description="rows of the history; states of the laws go on with each")
+    kinetic_share: float = parameter(
+        0.05, gt=0, description="kinetic over internal energy above which a run is not called quasi-static"
+    )
+
+
 class Scene(Settings):
     """One case: what is pressed by what, by which laws, and how it is solved and written."""
 
@@ -110,6 +133,7 @@ class Scene(Settings):
     gravity: Acceleration = parameter("9.81 m/s^2", description="gravity, along -z")
     solver: Solver = parameter(Solver(), description="steps and Newton's method")
     output: Output = parameter(Output(), description="what is written")
+    explicit: Explicit | None = parameter(None, description="how `ncf-fenicsx explicit` marches")
 
     @model_validator(mode="after")
     def _lasts_some_time(self) -> Self:

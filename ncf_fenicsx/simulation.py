@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 from mpi4py import MPI
@@ -18,7 +17,7 @@ from ncf_fenicsx.parallel import on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
 from ncf_fenicsx.report import draw_summary
-from ncf_fenicsx.run_record import record
+from ncf_fenicsx.run_record import Result, record, tolerances
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.settling import Settling
 from ncf_fenicsx.solver import Newton, Outcome
@@ -26,23 +25,6 @@ from ncf_fenicsx.steadying import Steadying
 from ncf_fenicsx.step_solver import StepSolver
 from ncf_fenicsx.stepping import Ending, March, StepControl, march
 from ncf_fenicsx.timing import Phases
-
-
-@dataclass(frozen=True)
-class Result:
-    """How a run ended.
-
-    Attributes:
-        done: whether the end of the path was reached.
-        reason: in words, why the run ended.
-        folder: where its results are.
-        history: rows of ``history.csv``.
-    """
-
-    done: bool
-    reason: str
-    folder: Path
-    history: list[dict[str, float]]
 
 
 def run(
@@ -157,8 +139,9 @@ class Simulation:
                 self.results.fields(ended.time)
             if self.history:
                 self._save(ended)
-        stability = self.stability.record()
-        self.results.record(record(self.problem, ended, self.steps.iterations, self.phases, stability))
+        more = {"step_cuts": ended.cuts, "newton_iterations": self.steps.iterations, **self.stability.record()}
+        more["convergence"] = tolerances(self.problem)
+        self.results.record(record(self.problem, ended, self.phases, more))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -14,13 +13,13 @@ from ncf_fenicsx.scene import Solver as Settings
 from ncf_fenicsx.solver.border import border
 from ncf_fenicsx.solver.critical_mode import critical_mode, negative_pivots
 from ncf_fenicsx.solver.progress import Progress
+from ncf_fenicsx.solver.residual import Residual
 from ncf_fenicsx.solver.system import Outcome, System
 from ncf_fenicsx.solver.tangent_matrix import TangentMatrix
 from ncf_fenicsx.timing import Phases
 
 Floats = NDArray[np.float64]
-ADD, INSERT = PETSc.InsertMode.ADD, PETSc.InsertMode.INSERT
-FORWARD, REVERSE = PETSc.ScatterMode.FORWARD, PETSc.ScatterMode.REVERSE
+INSERT, FORWARD = PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD
 
 REASONS = {
     PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
@@ -59,7 +58,8 @@ class Newton:
     ) -> None:
         self.system, self.settings, self.phases, self._interrupted = system, settings, phases, interrupted
         self.progress, self._stopped = Progress(system, settings), ""
-        self.vector = fem_petsc.create_vector(system.residual_form)
+        self.residual = Residual(system)
+        self.vector = self.residual.vector
         self.unknown = self.vector.duplicate()
         self.load = 0.0
         held = system.supports.dofs
@@ -79,6 +79,8 @@ class Newton:
         self.progress.begin(patience)
         if self._in_trust_region:
             self.system.contacts.release(KEEP_NONE)
+        with self.phases("forms"):
+            self.tangent.follow_form()
         if self.tangent.follow_links():
             self.snes.getKSP().reset()  # the factors are those of the old pattern
             self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -140,7 +142,7 @@ class Newton:
 
     def evaluate_residual(self) -> Floats:
         """Out-of-balance forces in N of all owned dofs at the present displacement, reactions included."""
-        return self._assemble_residual(self.vector).array_r.copy()
+        return self.residual.values()
 
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.vector.comm)
@@ -175,23 +177,11 @@ class Newton:
         with x.localForm() as local:
             self.system.displacement.x.array[:] = local.array_r
 
-    def _assemble_residual(self, b: Any) -> Any:
-        system = self.system
-        with b.localForm() as local:
-            local.set(0.0)
-        system.contacts.refresh()
-        fem_petsc.assemble_vector(b, system.residual_form)
-        b.ghostUpdate(ADD, REVERSE)
-        for nodes, values in system.contacts.residual():
-            b.setValuesBlocked(nodes.astype(PETSc.IntType), values, ADD)
-        b.assemble()
-        return b
-
     def _residual(self, snes: Any, x: Any, b: Any) -> None:
         del snes
         with self.phases("assembly"):
             self._take(x)
-            self._assemble_residual(b)
+            self.residual.assemble(b)
             self.load = self.system.load(b.array_r)
             b.array[self._held] = x.array_r[self._held]
 

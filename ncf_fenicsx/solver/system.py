@@ -86,7 +86,6 @@ class System(Protocol):
         displacement: unknown field, three components a node.
         last_iterate: field that the tangent reads the previous iterate from; None if it needs none.
         residual_form: compiled linear form.
-        tangent_form: compiled bilinear form.
         symmetric: whether the tangent is symmetric: LDL^T then, LU if not.
         supports: homogeneous Dirichlet conditions.
         length: length in m that increments are measured against.
@@ -95,10 +94,13 @@ class System(Protocol):
     displacement: Any
     last_iterate: Any
     residual_form: Any
-    tangent_form: Any
     symmetric: bool
     supports: Supports
     length: float
+
+    @property
+    def tangent_form(self) -> Any:
+        """Compiled bilinear form."""
 
     @property
     def force_floor(self) -> float:

@@ -35,12 +35,17 @@ class TangentMatrix:
         self._links: Integers = np.zeros(0, dtype=np.int64)
         self._pairings = -1
         self.follow_links()
+        self.follow_form()
 
     def _unheld(self, held: Integers) -> NDArray[np.bool_]:
         """Which dofs of the whole mesh are not held, by global node number, shape (nodes, 3)."""
         first, free = 3 * self._nodes.local_range[0], np.ones(3 * self._nodes.size_global, dtype=bool)
         free[np.concatenate(self._nodes.comm.allgather(first + held.astype(np.int64)))] = False
         return free.reshape(-1, 3)
+
+    def follow_form(self) -> None:
+        """Take the system's present form, which is compiled where it is new."""
+        self._form = self.system.tangent_form
 
     def follow_links(self) -> bool:
         """Make a new matrix where contact couples nodes that the pattern does not; entries are never dropped.
@@ -72,7 +77,7 @@ class TangentMatrix:
         system = self.system
         A.zeroEntries()
         system.contacts.refresh()
-        fem_petsc.assemble_matrix(A, system.tangent_form, bcs=system.supports.conditions)
+        fem_petsc.assemble_matrix(A, self._form, bcs=system.supports.conditions)
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)
         self._fill_pattern()
         for rows, columns, blocks in system.contacts.tangent():
