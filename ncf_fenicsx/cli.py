@@ -151,6 +151,26 @@ def stability_command(
     say(study_stability(scene, Runner(file, folder, tuple(overrides or ()), refinement, limit, workers), axes))
 
 
+@study.command("error-time")
+def error_time_command(
+    file: SceneFile,
+    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_error_time unless given. Resumed.")] = None,
+    overrides: Overrides = None,
+    methods: Annotated[
+        list[str] | None, typer.Option("--method", metavar="NAME", help="Run only what begins so. Repeatable.")
+    ] = None,
+    limit: Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)] = 3600,
+    along_y: Annotated[bool, typer.Option(help="Refine meshes along y too.")] = True,
+    levels: Annotated[int, typer.Option(help="Refinements by two that the reference is made of.", min=3)] = 3,
+) -> None:
+    """Weigh error against run time: meshes, steps, contact, tolerances, ranks, explicit; a table and a picture."""
+    Scene.read(file, overrides or ())
+    from ncf_fenicsx.study.error_time import ErrorTime
+
+    folder = out or Path("results") / f"{file.stem}_error_time"
+    say(ErrorTime(file, folder, tuple(overrides or ()), limit, along_y, levels).run(methods))
+
+
 def say(text: str) -> None:
     """Print on rank 0."""
     from mpi4py import MPI

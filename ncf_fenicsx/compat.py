@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import time
 import warnings
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import basix.ufl
@@ -12,8 +16,9 @@ import ufl
 from dolfinx import cpp, fem
 from mpi4py import MPI
 
-JIT = {"cffi_extra_compile_args": ["-O2", "-g0"], "timeout": 600}
-"""Rank 0 compiles while the others wait, so the waiting limit is generous."""
+WAITING = 120
+"""Time in s after which a form that another program compiles is taken for abandoned; it takes 20 s at most."""
+JIT = {"cffi_extra_compile_args": ["-O2", "-g0"], "timeout": WAITING}
 
 
 def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, parts: np.ndarray) -> Any:
@@ -80,9 +85,42 @@ def compile_form(form: ufl.Form) -> Any:
         warnings.filterwarnings(
             "ignore", "Applying str.. to a metadata value"
         )  # points of a rule: few, written in full
-        return fem.form(form, jit_options=dict(JIT))
+        return _cached(form.ufl_domains()[0], lambda: fem.form(form, jit_options=dict(JIT)))
 
 
 def compile_expression(expression: Any, points: np.ndarray) -> Any:
     """Compiled expression at reference points of a cell."""
-    return fem.Expression(expression, points, jit_options=dict(JIT))
+    return _cached(
+        ufl.domain.extract_domains(expression)[0], lambda: fem.Expression(expression, points, jit_options=dict(JIT))
+    )
+
+
+def _cached(domain: Any, compiled: Callable[[], Any]) -> Any:
+    """Compile, or read from the cache; a program that was killed while it compiled has left a mark there that blocks.
+
+    Args:
+        domain: UFL mesh, whose ranks all come here.
+        compiled: compiles it.
+    """
+    start = time.time()
+    try:
+        return compiled()
+    except KeyboardInterrupt:
+        _forget_marks(start, math.inf)
+        raise
+    except (TimeoutError, RuntimeError) as error:
+        comm = domain.ufl_cargo().comm
+        if "timed out" not in comm.bcast(str(error)):  # rank 0 knows
+            raise
+        if comm.rank == 0:
+            _forget_marks(0.0, time.time() - 0.9 * WAITING)
+        comm.barrier()
+        return compiled()
+
+
+def _forget_marks(earliest: float, latest: float) -> None:
+    """Remove the marks of compilations from the cache that began between two times and have not ended."""
+    folder = Path(dolfinx.jit.get_options()["cache_dir"])
+    for mark in folder.glob("libffcx_*.c"):
+        if not mark.with_suffix(".c.cached").exists() and earliest <= mark.stat().st_mtime <= latest:
+            mark.unlink(missing_ok=True)

@@ -16,6 +16,7 @@ from ncf_fenicsx.energies import COLUMNS as ENERGY_COLUMNS
 from ncf_fenicsx.energies import Energies
 from ncf_fenicsx.parts import numbered
 from ncf_fenicsx.problem import Problem
+from ncf_fenicsx.recovery import Recovery
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +30,10 @@ COLUMNS = {
     "vf_min": ("1", "smallest fibre volume fraction, by cell"),
     "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
     "vf_max": ("1", "largest fibre volume fraction, by cell"),
+    "vf_error": (
+        "1",
+        "estimated error of the field of Vf by the mesh, over the field's change, root mean squares",
+    ),
     **ENERGY_COLUMNS,
     **RIGID_COLUMNS,
     **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
@@ -73,6 +78,7 @@ class Measures:
         self.cells: dict[str, Floats] = {}
         self._forms = {name: compat.compile_form(density * indicator * volume) for name, density in densities.items()}
         self._volume = self._integrals("volume")
+        self._recovery = Recovery(problem.contacts.body.spaces.scalars, self._volume)
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
         self._weight = self._vertical_force(weight)
         self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
@@ -119,6 +125,7 @@ class Measures:
             "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
             "vf_mean": self._mean(vf, slice(None)),
             "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
+            "vf_error": self._recovery.error(vf, self.problem.scene.stack.initial_volume_fraction),
         }
         for number in range(self.problem.scene.stack.layers):
             columns[f"vf_mean_layer_{number + 1}"] = self._mean(vf, stack.layer == number)

@@ -30,6 +30,8 @@ from ncf_fenicsx.viscosity import Viscosity
 Floats = NDArray[np.float64]
 
 QUADRATURE_DEGREE = 2
+CELLS_AT_NODE = 4
+"""Cells of a layer that add up their round-off at a node."""
 FOREVER = 1e30
 """Time in s that a stack at rest has had: all that relaxes has relaxed."""
 
@@ -164,7 +166,7 @@ class Problem:
         one = compat.compile_form(self.symbols(1.0) * self.volumes.all)
         face = comm.allreduce(float(fem.assemble_scalar(one))) / cells / self.length
         round_off = self.scene.laws.stiffness + self.contacts.stiffness * self.stack.extent
-        return float(np.finfo(float).eps * round_off * face * np.sqrt(cells))
+        return float(CELLS_AT_NODE * np.finfo(float).eps * round_off * face * np.sqrt(cells))
 
     @property
     def increment_cap(self) -> float:

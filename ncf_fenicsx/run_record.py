@@ -54,7 +54,8 @@ def record(problem: Problem, ended: March, phases: Phases, more: dict[str, Any])
         phases: clock of the run.
         more: what else is to be told.
     """
-    memory = problem.comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    memory, cpu = (problem.comm.allreduce(part) for part in (usage.ru_maxrss / 1024, usage.ru_utime + usage.ru_stime))
     return {
         "title": problem.scene.title,
         "settings": problem.scene.table(),
@@ -68,6 +69,7 @@ def record(problem: Problem, ended: March, phases: Phases, more: dict[str, Any])
         "ranks": problem.comm.size,
         "seconds": {name: round(value, 3) for name, value in sorted(phases.seconds.items())},
         "seconds_total": round(phases.total, 3),
+        "seconds_cpu": round(cpu, 3),
         "peak_memory_mb": round(memory, 1),
         "versions": versions(),
         "machine": f"{platform.node()}, {platform.machine()}",

@@ -141,6 +141,9 @@ class Simulation:
                 self._save(ended)
         more = {"step_cuts": ended.cuts, "newton_iterations": self.steps.iterations, **self.stability.record()}
         more["convergence"] = tolerances(self.problem)
+        if self.history and "vf_error" in self.history[-1]:
+            more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}
+            self.progress.note(f"estimated error of the field of Vf: {100 * self.history[-1]['vf_error']:.2g} %")
         self.results.record(record(self.problem, ended, self.phases, more))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))

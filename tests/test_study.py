@@ -37,7 +37,7 @@ def runner(folder, **changes):
 def test_a_study_runs_what_is_missing_and_draws_its_map(tmp_path):
     scene = Scene.read(FILE, SMALL)
     words = study_stability(scene, runner(tmp_path), ["layers"])
-    rows = runner(tmp_path).rows()
+    rows = runner(tmp_path).table.rows()
     assert [row["ending"] for row in rows] == ["done"] * 3
     assert "3 of 3 runs with sound laws done" in words
     assert (tmp_path / "stability.png").stat().st_size > 1e4
@@ -49,7 +49,7 @@ def test_a_study_runs_what_is_missing_and_draws_its_map(tmp_path):
         writer.writeheader()
         writer.writerow(rows[0] | {"force_N": "1"})
     study_stability(scene, runner(tmp_path), ["layers"])
-    again = runner(tmp_path).rows()
+    again = runner(tmp_path).table.rows()
     assert len(again) == 3
     assert again[0]["force_N"] == "1"  # not run again
 

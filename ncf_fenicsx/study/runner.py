@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -14,10 +11,10 @@ from pathlib import Path
 
 from rich.progress import track
 
-from ncf_fenicsx.files import told
 from ncf_fenicsx.study.grid import Case
+from ncf_fenicsx.study.launch import BARE, Ended, launch
+from ncf_fenicsx.study.table import Row, Table
 
-Row = dict[str, str]
 COLUMNS = (
     "axis",
     "value",
@@ -59,35 +56,20 @@ class Runner:
     workers: int
 
     @property
-    def table(self) -> Path:
-        """File with a row for each case."""
-        return self.folder / "stability.csv"
-
-    def rows(self) -> list[Row]:
-        """Rows so far."""
-        if not self.table.exists():
-            return []
-        with self.table.open(newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+    def table(self) -> Table:
+        """A row for each case."""
+        return Table(self.folder / "stability.csv", COLUMNS, ("axis", "value"))
 
     def run(self, cases: Iterable[Case]) -> list[Row]:
         """Run the cases that the table does not have yet; all its rows."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        known = {(row["axis"], row["value"]) for row in self.rows()}
+        known = self.table.known()
         missing = [case for case in cases if (case.axis, case.value) not in known]
         with ThreadPoolExecutor(self.workers) as pool:
             started = [pool.submit(self.measured, case) for case in missing]
             for done in track(as_completed(started), "runs", total=len(started)):
-                self._append(done.result())
-        return self.rows()
-
-    def _append(self, row: Row) -> None:
-        new = not self.table.exists()
-        with told(self.table), self.table.open("a", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, COLUMNS)
-            if new:
-                writer.writeheader()
-            writer.writerow(row)
+                self.table.append(done.result())
+        return self.table.rows()
 
     def measured(self, case: Case) -> Row:
         """A case, and its force against the same with smaller steps."""
@@ -109,22 +91,10 @@ class Runner:
 
     def _one(self, case: Case, suffix: str, more: tuple[str, ...] = ()) -> Row:
         out = self.folder / "runs" / (case.name + suffix)
-        settings = (*self.overrides, *case.overrides, *more, "output.picture=false", "output.fields_every=1000000")
-        command = [sys.executable, "-m", "ncf_fenicsx", "run", str(self.scene), "--out", str(out), "--overwrite"]
-        for text in settings:
-            command += ["--set", text]
-        (out.parent).mkdir(exist_ok=True)
-        environment = os.environ | {"OMP_NUM_THREADS": "1"}
-        try:
-            ended = subprocess.run(
-                command, capture_output=True, text=True, check=False, timeout=self.limit, env=environment
-            )
-        except subprocess.TimeoutExpired:
-            return _row(case, ending="time limit", reason=f"not done in {self.limit:g} s")
-        if ended.returncode not in (0, 1) or not (out / "run.json").is_file():
-            words = ended.stderr.strip().splitlines()
-            return _row(case, ending="error", reason=words[-1] if words else f"exit code {ended.returncode}")
-        return _row(case, **_result(out))
+        ended = launch(self.scene, out, (*self.overrides, *case.overrides, *more, *BARE), self.limit)
+        if ended.ending in ("time limit", "error"):
+            return _row(case, ending=ended.ending, reason=ended.reason)
+        return _row(case, **_result(ended))
 
 
 def _row(case: Case, **values: str) -> Row:
@@ -132,16 +102,16 @@ def _row(case: Case, **values: str) -> Row:
     return row | {"axis": case.axis, "value": case.value, "sound": str(case.sound).lower()} | values
 
 
-def _result(folder: Path) -> Row:
+def _result(ended: Ended) -> Row:
     """What a run's folder says."""
-    record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    with (folder / "history.csv").open(newline="", encoding="utf-8") as file:
+    record = ended.record
+    with (ended.folder / "history.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     largest = max((float(row["tool_force"]) for row in rows), default=0.0)
     lost = record["loss_of_stability"]
     return {
-        "ending": record["ending"],
-        "reason": record["reason"],
+        "ending": ended.ending,
+        "reason": ended.reason,
         "reached_s": f"{record['time']:.6g}",
         "force_N": f"{largest:.6g}",
         "vf_max": f"{max((float(row['vf_max']) for row in rows), default=0.0):.5f}",

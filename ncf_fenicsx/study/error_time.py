@@ -1,0 +1,176 @@
+"""Error against run time: variants of a scene, each with its error against a reference and what it cost."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.progress import track
+
+from ncf_fenicsx.machine import machine
+from ncf_fenicsx.report import read_history
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
+from ncf_fenicsx.study.launch import BARE, Ended, launch
+from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
+from ncf_fenicsx.study.table import Row, Table
+from ncf_fenicsx.study.work_precision import draw_work_precision
+
+MEASURED = ("force_N", "vf_max", "void_m3")
+"""Largest of a run: force on the first tool, Vf, and volume of all voids."""
+COST = ("seconds", "seconds_cpu", "memory_mb", "iterations", "steps", "unknowns", "ranks")
+COLUMNS = ("method", "level", "ending", "reason", *MEASURED, "vf_estimate", *COST)
+ERRORS = ("force_error", "vf_max_error", "void_error", "vf_field_error", "effectivity")
+TARGETS = (0.05, 0.02, 0.01)
+
+
+@dataclass(frozen=True)
+class ErrorTime:
+    """A study of one scene.
+
+    Attributes:
+        file: the scene's file.
+        folder: for tables, picture and runs.
+        overrides: of the scene, for all variants.
+        limit: wall time in s after which a run is ended.
+        along_y: whether meshes are refined along y too.
+        levels: refinements that the reference is made of, three or more.
+    """
+
+    file: Path
+    folder: Path
+    overrides: tuple[str, ...]
+    limit: float
+    along_y: bool
+    levels: int
+
+    def run(self, methods: list[str] | None = None) -> str:
+        """Run what is missing, one run after the other, and weigh all; what it comes to in words.
+
+        Args:
+            methods: beginnings of the names of the methods to run; all unless given. The reference always is.
+
+        Raises:
+            SceneError: the scene cannot be varied, a method is unknown, or the reference does not end.
+        """
+        scene = Scene.read(self.file, self.overrides)
+        variants = Variants(scene, self.along_y, self.levels).all()
+        chosen = self._chosen(variants, methods)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        known = self._runs.known()
+        for variant in track([one for one in chosen if (one.method, one.level) not in known], "runs"):
+            self._runs.append(self._measured(variant))
+        rows = self._weighed(chosen, scene)
+        self._write(rows)
+        title = f"{scene.title}: error against run time, {machine()}"
+        draw_work_precision(rows, title, self.folder / "error_time.png")
+        return f"{advice(rows)}\ntables and picture in {self.folder}"
+
+    @property
+    def _runs(self) -> Table:
+        return Table(self.folder / "runs.csv", COLUMNS, ("method", "level"))
+
+    @staticmethod
+    def _chosen(variants: list[Variant], methods: list[str] | None) -> list[Variant]:
+        for name in methods or ():
+            if not any(variant.method.startswith(name) for variant in variants):
+                known = ", ".join(dict.fromkeys(variant.method for variant in variants))
+                raise SceneError(f"--method {name}: no such method; expected the beginning of one of: {known}")
+        wanted = (TOGETHER, *(methods or [variant.method for variant in variants]))
+        return [variant for variant in variants if variant.method.startswith(wanted)]
+
+    def _measured(self, variant: Variant) -> Row:
+        """Run a variant; its row."""
+        overrides = (*self.overrides, *variant.overrides, *BARE)
+        ended = launch(self.file, self._folder_of(variant), overrides, self.limit, variant.command, variant.ranks)
+        row = dict.fromkeys(COLUMNS, "") | {"method": variant.method, "level": variant.level}
+        row |= {"ending": ended.ending, "reason": ended.reason}
+        return row | (_figures(ended) if ended.ending == "done" else {})
+
+    def _folder_of(self, variant: Variant) -> Path:
+        return self.folder / "runs" / variant.name
+
+    def _weighed(self, variants: list[Variant], scene: Scene) -> list[Row]:
+        """Rows of the variants with their errors."""
+        rows = {(row["method"], row["level"]): row for row in self._runs.rows()}
+        levels = [variant for variant in variants if variant.method == TOGETHER]
+        refined = [rows[variant.method, variant.level] for variant in levels]
+        if any(row["ending"] != "done" for row in refined):
+            words = next(row["reason"] for row in refined if row["ending"] != "done")
+            raise SceneError(f"study error-time: the reference is not done: {words}; expected a scene that is")
+        limits = {name: Extrapolated.of(*(float(row[name]) for row in refined[-3:])) for name in MEASURED}
+        self._write_limits(limits)
+        field, rest = VfField(self._folder_of(levels[-1])), scene.stack.initial_volume_fraction
+        weighed = []
+        for variant in variants:
+            row = dict.fromkeys((*COLUMNS, *ERRORS), "") | rows[variant.method, variant.level]
+            if row["ending"] == "done":
+                row |= _errors(row, limits, variant is levels[-1])
+            if row["ending"] == "done" and variant is not levels[-1]:
+                off = VfField(self._folder_of(variant)).off(field, rest)
+                row |= {"vf_field_error": f"{off:.3g}", "effectivity": f"{float(row['vf_estimate']) / off:.3g}"}
+            weighed.append(row)
+        return weighed
+
+    def _write(self, rows: list[Row]) -> None:
+        with (self.folder / "error_time.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, (*COLUMNS, *ERRORS))
+            writer.writeheader()
+            writer.writerows(rows)
+
+    def _write_limits(self, limits: dict[str, Extrapolated]) -> None:
+        with (self.folder / "reference.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(("quantity", "limit", "observed_order", "off_the_finest"))
+            writer.writerows((name, one.value, one.order, one.uncertainty) for name, one in limits.items())
+
+
+def _figures(ended: Ended) -> Row:
+    """What a run that is done tells."""
+    history, record = read_history(ended.folder / "history.csv"), ended.record
+    voids = [history[name] for name in history.dtype.names if name.startswith("void_volume")]
+    cost = {
+        "seconds": f"{record['seconds_total'] - record['seconds']['forms']:.3f}",
+        "seconds_cpu": f"{record['seconds_cpu']:.3f}",
+        "memory_mb": f"{record['peak_memory_mb']:.0f}",
+        "iterations": str(record.get("newton_iterations", record.get("explicit", {}).get("steps"))),
+        "steps": str(record["steps"]),
+        "unknowns": str(record["unknowns"]),
+        "ranks": str(record["ranks"]),
+    }
+    return cost | {
+        "force_N": f"{history['tool_force'].max():.8g}",
+        "vf_max": f"{history['vf_max'].max():.8g}",
+        "void_m3": f"{np.sum(voids, axis=0).max() if voids else 0.0:.8g}",
+        "vf_estimate": f"{history['vf_error'][-1]:.3g}",
+    }
+
+
+def _errors(row: Row, limits: dict[str, Extrapolated], finest: bool) -> Row:
+    """Relative differences from the limits; the finest has none where it is the limit itself."""
+    errors = {}
+    for name, error in zip(MEASURED, ERRORS, strict=False):
+        limit = limits[name]
+        known = limit.value and not (finest and math.isnan(limit.order))
+        errors[error] = f"{abs(float(row[name]) / limit.value - 1):.3g}" if known else ""
+    return errors
+
+
+def advice(rows: list[Row]) -> str:
+    """For each target, the cheapest variant whose force is no further off."""
+    done = [row for row in rows if row["force_error"]]
+    words = []
+    for target in TARGETS:
+        enough = [row for row in done if float(row["force_error"]) <= target]
+        if enough:
+            best = min(enough, key=lambda row: float(row["seconds"]))
+            cost = f"{float(best['seconds']):.1f} s, {best['memory_mb']} MB"
+            off = f"off by {100 * float(best['force_error']):.2g} %"
+            words.append(f"for {100 * target:g} % in force use {best['method']} {best['level']}: {cost}, {off}")
+        else:
+            words.append(f"for {100 * target:g} % in force none of these is enough")
+    return "\n".join(words)

@@ -1,0 +1,65 @@
+"""One run of a study, in processes of its own: whatever happens to it, the study goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+BARE = ("output.picture=false", "output.fields_every=1000000")
+"""Overrides of a run that nobody looks at: its last fields, and no picture."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a run ended.
+
+    Attributes:
+        ending: done, stopped, time limit or error.
+        reason: in words.
+        folder: its results.
+    """
+
+    ending: str
+    reason: str
+    folder: Path
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Its ``run.json``."""
+        return dict(json.loads((self.folder / "run.json").read_text(encoding="utf-8")))
+
+
+def launch(
+    scene: Path, folder: Path, overrides: tuple[str, ...], limit: float, command: str = "run", ranks: int = 1
+) -> Ended:
+    """Run a scene file with some values replaced.
+
+    Args:
+        scene: the file.
+        folder: for its results, replaced if it is there.
+        overrides: ``key=value`` texts.
+        limit: wall time in s after which it is ended.
+        command: ``run`` or ``explicit``.
+        ranks: processes that share the work.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    words = [sys.executable, "-m", "ncf_fenicsx", command, str(scene), "--out", str(folder), "--overwrite"]
+    for text in overrides:
+        words += ["--set", text]
+    if ranks > 1:
+        words = ["mpirun", "-n", str(ranks), *words]
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    try:
+        ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit, env=environment)
+    except subprocess.TimeoutExpired:
+        return Ended("time limit", f"not done in {limit:g} s", folder)
+    if ended.returncode not in (0, 1) or not (folder / "run.json").is_file():
+        last = ended.stderr.strip().splitlines()
+        return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
+    written = Ended("", "", folder).record
+    return Ended(written["ending"], written["reason"], folder)

@@ -1,0 +1,83 @@
+"""What errors are measured against: values extrapolated from refinements, and the field of the finest one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.report import read_snapshots
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Extrapolated:
+    """Limit of a value under refinement (Richardson 1911).
+
+    Attributes:
+        value: the limit.
+        order: observed order of convergence; NaN where the values do not converge evenly, the finest one being taken.
+        uncertainty: how far the limit is off the finest value.
+    """
+
+    value: float
+    order: float
+    uncertainty: float
+
+    @classmethod
+    def of(cls, coarse: float, middle: float, fine: float) -> Extrapolated:
+        """Limit of the values of three refinements by two."""
+        first, second = middle - coarse, fine - middle
+        if not second or not 1 < first / second < 2**6:
+            return cls(fine, math.nan, abs(second))
+        ratio = first / second
+        limit = fine + second / (ratio - 1)
+        return cls(limit, math.log2(ratio), abs(limit - fine))
+
+
+class VfField:
+    """Vf by cell at the end of a run, of a stack extruded from a grid.
+
+    Args:
+        folder: of the run.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        mesh = meshio.read(folder / read_snapshots(folder)[-1][1])
+        cells = mesh.cells_dict["hexahedron"]
+        corners = mesh.points[cells]
+        self.low, self.high = corners.min(axis=1), corners.max(axis=1)
+        self.values: Floats = mesh.cell_data_dict["volume_fraction"]["hexahedron"]
+
+    @property
+    def volumes(self) -> Floats:
+        """Undeformed volumes of the cells in m3."""
+        volumes: Floats = np.prod(self.high - self.low, axis=1)
+        return volumes
+
+    def at(self, places: Floats) -> Floats:
+        """Vf at undeformed places in m, shape (places, 3): that of the cell which holds each."""
+        columns = []
+        index: Integers = np.zeros(len(self.values), dtype=np.int64)
+        where: Integers = np.zeros(len(places), dtype=np.int64)
+        for axis in range(3):
+            edges = np.unique(self.low[:, axis].round(10))
+            columns.append(len(edges))
+            index = index * len(edges) + np.searchsorted(edges, self.low[:, axis].round(10))
+            inside = np.searchsorted(edges, places[:, axis], side="right") - 1
+            where = where * len(edges) + np.clip(inside, 0, len(edges) - 1)
+        ordered = np.empty(math.prod(columns))
+        ordered[index] = self.values
+        return np.asarray(ordered[where])
+
+    def off(self, reference: VfField, rest: float) -> float:
+        """Root mean square difference from a finer field, over that of its change from the Vf at rest."""
+        difference = self.at(0.5 * (reference.low + reference.high)) - reference.values
+        error, change = reference.volumes @ difference**2, reference.volumes @ (reference.values - rest) ** 2
+        return float(np.sqrt(error / change))

@@ -1,0 +1,47 @@
+"""A table of runs as a CSV file that a study can go on with."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from ncf_fenicsx.files import told
+
+Row = dict[str, str]
+
+
+class Table:
+    """Rows on the disk.
+
+    Args:
+        path: of the file.
+        columns: its heading.
+        key: columns that tell rows apart.
+    """
+
+    def __init__(self, path: Path, columns: tuple[str, ...], key: tuple[str, ...]) -> None:
+        self.path, self.columns, self.key = path, columns, key
+
+    def rows(self) -> list[Row]:
+        """Rows so far."""
+        if not self.path.exists():
+            return []
+        with self.path.open(newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def known(self) -> set[tuple[str, ...]]:
+        """What tells the rows so far apart."""
+        return {tuple(row[name] for name in self.key) for row in self.rows()}
+
+    def append(self, row: Row) -> None:
+        """Add a row.
+
+        Raises:
+            ResultError: it cannot be written.
+        """
+        new = not self.path.exists()
+        with told(self.path), self.path.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, self.columns)
+            if new:
+                writer.writeheader()
+            writer.writerow(row)

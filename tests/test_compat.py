@@ -1,0 +1,38 @@
+"""Forms whose compilation was killed once are compiled by the next program, not waited for."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROGRAM = """
+import dolfinx, ufl
+from mpi4py import MPI
+from ncf_fenicsx import compat
+compat.WAITING, compat.JIT = 2, compat.JIT | {"timeout": 2}
+mesh = dolfinx.mesh.create_unit_cube(MPI.COMM_WORLD, 2, 2, 2)
+form = compat.compile_form(dolfinx.fem.Constant(mesh, 3.0) * ufl.dx(domain=mesh))
+print(mesh.comm.allreduce(dolfinx.fem.assemble_scalar(form)))
+"""
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_compilation_that_was_killed_is_done_again(tmp_path, ranks):
+    root = Path(__file__).parents[1]
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(root)}
+
+    def run():
+        command = ["mpirun", "-n", str(ranks), sys.executable, "-c", PROGRAM]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+    assert float(run().stdout.split()[0]) == pytest.approx(3)
+    (mark,) = (tmp_path / "fenics").glob("libffcx_forms_*.c")
+    for file in (tmp_path / "fenics").iterdir():
+        if file != mark:
+            file.unlink()
+    ended = run()
+    assert ended.returncode == 0, ended.stderr
+    assert float(ended.stdout.split()[0]) == pytest.approx(3)
