@@ -118,9 +118,17 @@ def compare_command(
 
 @app.command("benchmark")
 def benchmark_command(
+    file: Annotated[Path | None, typer.Argument(metavar="[SCENE.toml]", help="Measure a run of this scene.")] = None,
+    overrides: Overrides = None,
     divisions: Annotated[int, typer.Option(help="Elements along x and y of each of four layers.", min=1)] = 32,
 ) -> None:
-    """Measure what the laws cost on this machine: assembly of the tangent, and compilation of the forms. One rank."""
+    """Measure what the laws cost on this machine, on one rank; or what a scene's run costs, over one factorisation."""
+    if file is not None:
+        scene = Scene.read(file, overrides or ())
+        from ncf_fenicsx.run_benchmark import benchmark_run
+
+        say(benchmark_run(scene))
+        return
     from ncf_fenicsx.benchmark import benchmark
 
     say(benchmark(divisions))
@@ -162,13 +170,14 @@ def error_time_command(
     limit: Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)] = 3600,
     along_y: Annotated[bool, typer.Option(help="Refine meshes along y too.")] = True,
     levels: Annotated[int, typer.Option(help="Refinements by two that the reference is made of.", min=3)] = 3,
+    through: Annotated[bool, typer.Option(help="Refine through the layers too, or take it as the model.")] = True,
 ) -> None:
     """Weigh error against run time: meshes, steps, contact, tolerances, ranks, explicit; a table and a picture."""
     Scene.read(file, overrides or ())
     from ncf_fenicsx.study.error_time import ErrorTime
 
     folder = out or Path("results") / f"{file.stem}_error_time"
-    say(ErrorTime(file, folder, tuple(overrides or ()), limit, along_y, levels).run(methods))
+    say(ErrorTime(file, folder, tuple(overrides or ()), limit, along_y, levels, through).run(methods))
 
 
 def say(text: str) -> None:

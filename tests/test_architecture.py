@@ -32,6 +32,7 @@ ORDER = (
     ("outputs", "progress", "report", "reference", "preview", "settling", "curves"),
     ("loss_of_stability", "comparison"),
     ("simulation", "explicit", "benchmark"),
+    ("run_benchmark",),
     ("study",),
     ("cli",),
 )

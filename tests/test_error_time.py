@@ -72,22 +72,30 @@ def test_the_advice_is_the_cheapest_that_is_good_enough():
 @pytest.mark.parametrize("name", ["long_roller", "roller", "deep", "relaxation"])
 def test_every_variant_is_a_valid_scene_with_a_name_of_its_own(name):
     file = DEMOS / f"{name}.toml"
-    variants = Variants(Scene.read(file), along_y=True, levels=3).all()
+    variants = Variants(Scene.read(file), along_y=True, levels=3, through=True).all()
     assert len({variant.name for variant in variants}) == len(variants) > 30
     for variant in variants:
         Scene.read(file, variant.overrides)
 
 
+def test_elements_through_a_layer_may_be_part_of_the_model():
+    variants = Variants(Scene.read(FILE), True, 3, through=False).all()
+    assert not any(
+        "through" in text for variant in variants for text in variant.overrides if variant.method == TOGETHER
+    )
+    assert not any("through" in variant.method for variant in variants)
+
+
 def test_a_strip_stands_for_the_same_whole():
     scene = Scene.read(FILE)
-    strip = next(one for one in Variants(scene, True, 3).all() if one.method == "plane strain")
+    strip = next(one for one in Variants(scene, True, 3, True).all() if one.method == "plane strain")
     narrow = Scene.read(FILE, strip.overrides)
     assert narrow.stack.size[1] * narrow.stack.sides.copies == scene.stack.size[1] * scene.stack.sides.copies
     assert narrow.stack.divisions[1] == 1
 
 
 def test_a_study_weighs_its_runs_and_goes_on_where_it_was_ended(tmp_path):
-    study = ErrorTime(FILE, tmp_path, SMALL, limit=200, along_y=False, levels=3)
+    study = ErrorTime(FILE, tmp_path, SMALL, limit=200, along_y=False, levels=3, through=True)
     words = study.run(["elements"])
     assert words.startswith("for 5 % in force")
     with (tmp_path / "error_time.csv").open() as file:
@@ -104,10 +112,14 @@ def test_a_study_weighs_its_runs_and_goes_on_where_it_was_ended(tmp_path):
 
 
 def test_a_run_that_fails_is_a_row_and_a_reference_that_fails_is_told(tmp_path):
-    stopped = ErrorTime(FILE, tmp_path, (*SMALL, "solver.max_steps=2"), limit=200, along_y=False, levels=3)
+    stopped = ErrorTime(
+        FILE, tmp_path, (*SMALL, "solver.max_steps=2"), limit=200, along_y=False, levels=3, through=True
+    )
     with pytest.raises(SceneError, match="no such method; expected the beginning of one of: all refined"):
         stopped.run(["none"])
-    variant = next(one for one in Variants(Scene.read(FILE, SMALL), True, 3).all() if one.method == "mesh in the plane")
+    variant = next(
+        one for one in Variants(Scene.read(FILE, SMALL), True, 3, True).all() if one.method == "mesh in the plane"
+    )
     row = stopped._measured(variant)
     assert (row["ending"], row["reason"], row["force_N"]) == ("stopped", "max_steps = 2 reached", "")
     assert TOGETHER == "all refined together"

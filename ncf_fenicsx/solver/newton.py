@@ -114,6 +114,13 @@ class Newton:
             return None
         return negative_pivots(self.snes.getKSP().getPC())
 
+    def factorise(self) -> None:
+        """Factorise the tangent as last assembled, its order of elimination included."""
+        ksp = self.snes.getKSP()
+        ksp.reset()
+        ksp.setOperators(self.tangent.matrix)
+        ksp.setUp()
+
     def critical_mode(self) -> tuple[float, Floats] | None:
         """Lowest eigenvalue in N/m of the tangent at the present displacement, and its mode at this rank's local nodes.
 

@@ -62,12 +62,13 @@ class Variants:
         scene: the case; its mesh is extruded, with one pair of divisions for all layers.
         along_y: whether to refine along y as well; not needed where nothing varies along it.
         levels: how often to refine all together by two, the scene itself counted.
+        through: whether to refine through the layers as well; else their number of elements is part of the model.
 
     Raises:
         SceneError: the scene's mesh or interfaces cannot be varied.
     """
 
-    def __init__(self, scene: Scene, along_y: bool, levels: int) -> None:
+    def __init__(self, scene: Scene, along_y: bool, levels: int, through: bool) -> None:
         stack = scene.stack
         pairs = set(stack.divisions_by_layer)
         if stack.mesh is not None or len(pairs) > 1 or len(set(stack.elements_through)) > 1 or not scene.tool:
@@ -75,6 +76,7 @@ class Variants:
         self.scene, self.along_y, self._levels = scene, along_y, levels
         (self._divisions,) = pairs
         self._through = stack.elements_through[0]
+        self._has_through = through and scene.laws.bending is None  # bending apart is that of one element
         self._duration = scene.milestones[-1]
 
     def all(self) -> list[Variant]:
@@ -119,11 +121,6 @@ class Variants:
             f"stack.size=['{length!r} m', '{width * sides.copies / both.copies!r} m']",
             f"stack.divisions=[{x}, 1]",
         )
-
-    @property
-    def _has_through(self) -> bool:
-        """Whether a layer may have several elements through it; bending apart is that of one."""
-        return self.scene.laws.bending is None
 
     @property
     def _is_long(self) -> bool:

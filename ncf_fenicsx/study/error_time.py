@@ -39,6 +39,7 @@ class ErrorTime:
         limit: wall time in s after which a run is ended.
         along_y: whether meshes are refined along y too.
         levels: refinements that the reference is made of, three or more.
+        through: whether meshes are refined through the layers too.
     """
 
     file: Path
@@ -47,6 +48,7 @@ class ErrorTime:
     limit: float
     along_y: bool
     levels: int
+    through: bool
 
     def run(self, methods: list[str] | None = None) -> str:
         """Run what is missing, one run after the other, and weigh all; what it comes to in words.
@@ -58,7 +60,7 @@ class ErrorTime:
             SceneError: the scene cannot be varied, a method is unknown, or the reference does not end.
         """
         scene = Scene.read(self.file, self.overrides)
-        variants = Variants(scene, self.along_y, self.levels).all()
+        variants = Variants(scene, self.along_y, self.levels, self.through).all()
         chosen = self._chosen(variants, methods)
         self.folder.mkdir(parents=True, exist_ok=True)
         known = self._runs.known()

@@ -1,0 +1,66 @@
+"""What a run costs, measured in its own unit: one assembly and one cold factorisation of its tangent."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+from mpi4py import MPI
+
+from ncf_fenicsx.machine import machine
+from ncf_fenicsx.parallel import on_root
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.simulation import Simulation
+
+BARE = {"picture": False, "fields_every": 1_000_000, "checkpoint_interval": 1e9}
+
+
+def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:
+    """Run a scene on all ranks, without pictures and checkpoints, and weigh its time; a Markdown table.
+
+    Args:
+        scene: the case.
+        comm: ranks that share the work.
+
+    Raises:
+        SceneError: the scene cannot be run.
+    """
+    bare = scene.model_copy(update={"output": scene.output.model_copy(update=BARE)})
+    folder = Path(on_root(comm, tempfile.mkdtemp))
+    simulation = Simulation(bare, folder, comm, overwrite=True)
+    assembly, factorisation = _unit(simulation)
+    start = time.perf_counter()
+    result = simulation.run()
+    seconds = time.perf_counter() - start
+    record = on_root(comm, lambda: json.loads((folder / "run.json").read_text(encoding="utf-8")))
+    on_root(comm, lambda: shutil.rmtree(folder))
+    unit = assembly + factorisation
+    last = result.history[-1]
+    rows = {
+        "unknowns, ranks": f"{record['unknowns']:,}, {record['ranks']}",
+        "ending": f"{record['ending']} at {record['time']:.4g} s: {record['reason']}",
+        "assembly of the tangent, cold factorisation": f"{assembly:.2f} s, {factorisation:.2f} s",
+        "run, over both": f"{seconds:.1f} s, {seconds / unit:.1f}",
+        "Newton iterations, steps, cuts": f"{record['newton_iterations']}, {record['steps']}, {record['step_cuts']}",
+        "peak memory": f"{record['peak_memory_mb'] / 1024:.2f} GB",
+        "force at the end": f"{last.get('tool_force', 0.0):.4g} N",
+    }
+    rows |= {f"of it {phase}": f"{100 * value / seconds:.1f} %" for phase, value in record["seconds"].items() if value}
+    lines = [f"{scene.title}; {machine()}", "", "| what | measured |", "|---|---|"]
+    return "\n".join([*lines, *(f"| {what} | {value} |" for what, value in rows.items())])
+
+
+def _unit(simulation: Simulation) -> tuple[float, float]:
+    """Seconds of one assembly and of one factorisation that knows nothing before."""
+    newton, comm = simulation.newton, simulation.comm
+    seconds = []
+    for work in (newton.tangent.assemble, newton.factorise):
+        comm.barrier()
+        start = time.perf_counter()
+        work()
+        comm.barrier()
+        seconds.append(time.perf_counter() - start)
+    return seconds[0], seconds[1]
