@@ -114,7 +114,9 @@ class ErrorTime:
                 row |= _errors(row, limits, variant is levels[-1])
             if row["ending"] == "done" and variant is not levels[-1]:
                 off = VfField(self._folder_of(variant)).off(field, rest)
-                row |= {"vf_field_error": f"{off:.3g}", "effectivity": f"{float(row['vf_estimate']) / off:.3g}"}
+                row["vf_field_error"] = f"{off:.3g}"
+                if self.through:  # the estimate is that of all that the mesh cannot show, through the layers too
+                    row["effectivity"] = f"{float(row['vf_estimate']) / off:.3g}"
             weighed.append(row)
         return weighed
 
