@@ -15,6 +15,9 @@ from ncf_fenicsx.report import read_snapshots
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+MOST_ORDER = 3
+"""Observed order above which values have met by chance: no method here has more than 2."""
+
 
 @dataclass(frozen=True)
 class Extrapolated:
@@ -34,7 +37,7 @@ class Extrapolated:
     def of(cls, coarse: float, middle: float, fine: float) -> Extrapolated:
         """Limit of the values of three refinements by two."""
         first, second = middle - coarse, fine - middle
-        if not second or not 1 < first / second < 2**6:
+        if not second or not 1 < first / second <= 2**MOST_ORDER:
             return cls(fine, math.nan, abs(second))
         ratio = first / second
         limit = fine + second / (ratio - 1)
