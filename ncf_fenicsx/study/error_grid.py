@@ -28,7 +28,7 @@ NEWTONS = {
     "critical point": "solver.line_search=critical_point",
     "error oriented": "solver.line_search=error_oriented",
 }
-TIME_SCALINGS = (10_000, 3000, 1000)
+TIME_SCALINGS = (30_000, 10_000)
 
 
 @dataclass(frozen=True)
