@@ -38,6 +38,17 @@ def check_folder(folder: Path, overwrite: bool) -> None:
         raise SceneError(f"{folder}: cannot be written to; expected a folder that can")
 
 
+def check_restart(folder: Path) -> None:
+    """Whether a run may go on in a folder that has no checkpoint; nothing is written yet.
+
+    Raises:
+        SceneError: it holds the results of an explicit march, which no run goes on with.
+    """
+    history = folder / "history.csv"
+    if history.is_file() and "explicit_steps" in history.read_text(encoding="utf-8").partition("\n")[0]:
+        raise SceneError(f"{folder}: results of an explicit march, which has no checkpoints; expected those of a run")
+
+
 def prepare_folder(folder: Path) -> None:
     """Make the folder for results, without those of an older run.
 

@@ -12,7 +12,7 @@ from ncf_fenicsx.interruption import Interruption
 from ncf_fenicsx.loss_of_stability import LossOfStability
 from ncf_fenicsx.measures import Measures
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.outputs import Results, check_folder, prepare_folder
+from ncf_fenicsx.outputs import Results, check_folder, check_restart, prepare_folder
 from ncf_fenicsx.parallel import on_root
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
@@ -58,6 +58,8 @@ class Simulation:
         self.milestones, self.control = scene.milestones, StepControl.of(scene.solver, scene.milestones[-1])
         self.progress, self.interruption = Progress(self.milestones[-1], comm), Interruption(comm)
         self._restarts = restart and on_root(comm, (folder / NAME).is_file)
+        if restart and not self._restarts:
+            on_root(comm, lambda: check_restart(folder))
         with self.phases("mesh"):
             stack = build_mesh(scene, comm)
         on_root(comm, lambda: check_folder(folder, overwrite or restart))

@@ -165,6 +165,10 @@ def test_a_run_that_is_too_fast_is_not_called_quasi_static(folder):
     assert max(row["kinetic_share"] for row in result.history) > 0.05
     if COMM.rank == 0:
         assert not json.loads((folder / "run.json").read_text())["explicit"]["quasi_static"]
+    before = (folder / "history.csv").read_bytes()
+    with pytest.raises(SceneError, match="results of an explicit march, which has no checkpoints"):
+        run(Scene.from_table(STRIP), folder, restart=True)
+    assert (folder / "history.csv").read_bytes() == before
 
 
 def test_tools_under_a_force_are_refused(folder):
