@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -16,6 +15,7 @@ from mpi4py import MPI
 from ncf_fenicsx.machine import machine
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.problem import Problem
+from ncf_fenicsx.report import read_record
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.solver import Newton
@@ -93,5 +93,4 @@ def _forms_seconds(folder: Path) -> float:
     command = [sys.executable, "-m", "ncf_fenicsx", "run", str(scene), "--overwrite", "--out", str(folder / "out")]
     environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
     subprocess.run(command, env=environment, capture_output=True, check=False)
-    record = json.loads((folder / "out" / "run.json").read_text(encoding="utf-8"))
-    return float(record["seconds"]["forms"])
+    return float(read_record(folder / "out")["seconds"]["forms"])

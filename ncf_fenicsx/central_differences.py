@@ -10,6 +10,7 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
+from ncf_fenicsx import compat
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.scene import Explicit
 from ncf_fenicsx.solver import Residual
@@ -35,7 +36,6 @@ class CentralDifferences:
 
     Attributes:
         density: scaled, in kg/m3.
-        damped: energy in J that the damping of all motion has taken, of the modelled part.
         steps: central differences so far.
     """
 
@@ -57,16 +57,16 @@ class CentralDifferences:
         if settings.bulk_viscosity:
             problem.add_term("bulk_viscosity", self._bulk_viscosity(wave_speed))
         self._residual = Residual(problem)
-        self.damped, self.steps = 0.0, 0
+        self._damped, self.steps = 0.0, 0
         self.forces: Floats = self._residual.values()
 
     def _lumped_masses(self) -> Floats:
         """Of this rank's local nodes in kg, ghosts included."""
         problem = self.problem
         ones = fem.Constant(problem.mesh, np.ones(3))
-        weight = self.density * ufl.inner(ones, problem.variation) * problem.volumes.all
+        weight = problem.symbols(self.density) * ufl.inner(ones, problem.variation) * problem.volumes.all
         spaces, field = problem.contacts.body.spaces, problem.contacts.body.spaces.scalar()
-        field.x.array[: spaces.owned] = spaces.forces(fem.form(weight))[:, 0]
+        field.x.array[: spaces.owned] = spaces.forces(compat.compile_form(weight))[:, 0]
         field.x.scatter_forward()
         masses: Floats = field.x.array.copy()
         return masses
@@ -90,6 +90,11 @@ class CentralDifferences:
         """Of the modelled part in J, on all ranks."""
         speeds = self._velocity.x.array[: len(self._mass)]
         return float(self.problem.comm.allreduce(0.5 * self._mass @ speeds**2))
+
+    @property
+    def damped(self) -> float:
+        """Energy that the damping of all motion has taken, of the modelled part in J, on all ranks."""
+        return float(self.problem.comm.allreduce(self._damped))
 
     def largest_step(self) -> float:
         """Step in s that the settings allow at the present displacement, with the damping that they ask for."""
@@ -132,5 +137,5 @@ class CentralDifferences:
         owned *= 1 - 0.5 * self._decay * step
         owned -= step * self._free * self.forces / self._mass
         owned /= 1 + 0.5 * self._decay * step
-        self.damped += self.problem.comm.allreduce(step * self._decay * self._mass @ (0.5 * (before + owned)) ** 2)
+        self._damped += step * self._decay * float(self._mass @ (0.5 * (before + owned)) ** 2)
         self._velocity.x.scatter_forward()

@@ -173,7 +173,6 @@ def error_time_command(
     through: Annotated[bool, typer.Option(help="Refine through the layers too, or take it as the model.")] = True,
 ) -> None:
     """Weigh error against run time: meshes, steps, contact, tolerances, ranks, explicit; a table and a picture."""
-    Scene.read(file, overrides or ())
     from ncf_fenicsx.study.error_time import ErrorTime
 
     folder = out or Path("results") / f"{file.stem}_error_time"

@@ -77,12 +77,12 @@ class Comparison:
         """Rows of the history in the stretch that both share: their places, and the values of both there."""
         (x, y), (x_ref, y_ref) = self.history.over(self.abscissa, column), self.reference.over(self.abscissa, column)
         begin, end = max(x[0], x_ref[0]), min(x[-1], x_ref[-1])
-        if np.count_nonzero((x >= begin) & (x <= end)) < 2:
+        inside = (x >= begin) & (x <= end)
+        if np.count_nonzero(inside) < 2:
             found = f"{x[0]:.6g} to {x[-1]:.6g} and {x_ref[0]:.6g} to {x_ref[-1]:.6g}"
             raise SceneError(
                 f"compare: {column} over {self.abscissa} from {found}; expected rows of the first within the second"
             )
-        inside = (x >= begin) & (x <= end)
         return x[inside], y[inside], np.interp(x[inside], x_ref, y_ref)
 
     def _difference(self, column: str) -> Difference:

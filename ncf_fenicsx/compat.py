@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 import warnings
 from collections.abc import Callable
@@ -109,6 +110,8 @@ def _cached(domain: Any, compiled: Callable[[], Any]) -> Any:
         _forget_marks(start, math.inf)
         raise
     except (TimeoutError, RuntimeError) as error:
+        if not re.search("timed out|just-in-time", str(error)):  # of this rank alone, maybe
+            raise
         comm = domain.ufl_cargo().comm
         if "timed out" not in comm.bcast(str(error)):  # rank 0 knows
             raise

@@ -137,10 +137,11 @@ class ExplicitRun:
     def kinetic_share(self) -> float:
         """Largest kinetic over internal energy, once that is no longer next to nothing."""
         internal = [
-            row["kinetic_energy"] / row["kinetic_share"] if row["kinetic_share"] else 0.0 for row in self.history
+            row.get("tool_work", 0.0) * (1 - row["damped_share"]) - row["kinetic_energy"] for row in self.history
         ]
-        late = [n for n, energy in enumerate(internal) if energy >= EARLY * max(internal, default=0.0) and energy > 0]
-        return float(max((self.history[number]["kinetic_share"] for number in late), default=0.0))
+        least = EARLY * max(internal, default=0.0)
+        pairs = zip(self.history, internal, strict=True)
+        return float(max((row["kinetic_share"] for row, energy in pairs if energy >= least > 0), default=0.0))
 
     def _judge(self, ended: March) -> None:
         """Whether the run was quasi-static."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,11 @@ def draw_summary(folder: Path) -> Path:
 def read_history(path: Path) -> Any:
     """Columns of a ``history.csv`` by name, each a vector."""
     return np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True))
+
+
+def read_record(folder: Path) -> dict[str, Any]:
+    """The ``run.json`` of a results folder."""
+    return dict(json.loads((folder / "run.json").read_text(encoding="utf-8")))
 
 
 def read_snapshots(folder: Path) -> list[tuple[float, str]]:

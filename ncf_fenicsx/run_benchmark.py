@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 import time
@@ -12,6 +11,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx.machine import machine
 from ncf_fenicsx.parallel import on_root
+from ncf_fenicsx.report import read_record
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation import Simulation
 
@@ -30,15 +30,17 @@ def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:
     """
     bare = scene.model_copy(update={"output": scene.output.model_copy(update=BARE)})
     folder = Path(on_root(comm, tempfile.mkdtemp))
-    simulation = Simulation(bare, folder, comm, overwrite=True)
-    assembly, factorisation = _unit(simulation)
-    start = time.perf_counter()
-    result = simulation.run()
-    seconds = time.perf_counter() - start
-    record = on_root(comm, lambda: json.loads((folder / "run.json").read_text(encoding="utf-8")))
-    on_root(comm, lambda: shutil.rmtree(folder))
+    try:
+        simulation = Simulation(bare, folder, comm, overwrite=True)
+        assembly, factorisation = _unit(simulation)
+        start = time.perf_counter()
+        result = simulation.run()
+        seconds = time.perf_counter() - start
+        record = on_root(comm, lambda: read_record(folder))
+    finally:
+        on_root(comm, lambda: shutil.rmtree(folder))
     unit = assembly + factorisation
-    last = result.history[-1]
+    last = result.history[-1] if result.history else {}
     rows = {
         "unknowns, ranks": f"{record['unknowns']:,}, {record['ranks']}",
         "ending": f"{record['ending']} at {record['time']:.4g} s: {record['reason']}",

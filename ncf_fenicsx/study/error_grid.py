@@ -10,6 +10,7 @@ from ncf_fenicsx.contracts import RigidSurface
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.scene_stack import OneSided
+from ncf_fenicsx.study.launch import folder_name
 from ncf_fenicsx.units import PenaltyStiffness
 
 TOGETHER = "all refined together"
@@ -52,7 +53,7 @@ class Variant:
     @property
     def name(self) -> str:
         """Of its folder."""
-        return "".join(letter if letter.isalnum() or letter == "." else "_" for letter in f"{self.method} {self.level}")
+        return folder_name(f"{self.method} {self.level}")
 
 
 class Variants:
@@ -90,10 +91,10 @@ class Variants:
             *self._others(),
         ]
 
-    def _mesh(self, factor: float, through: int) -> tuple[str, ...]:
+    def _mesh(self, factor: float) -> tuple[str, ...]:
         across = factor if self.along_y else 1.0
         x, y = (max(round(count * by), 1) for count, by in zip(self._divisions, (factor, across), strict=True))
-        return f"stack.divisions=[{x}, {y}]", f"stack.through={through}"
+        return (f"stack.divisions=[{x}, {y}]",)
 
     def _steps(self, count: float) -> tuple[str, ...]:
         size = self._duration / count
@@ -130,23 +131,20 @@ class Variants:
     def _together(self) -> Iterator[Variant]:
         for level in range(self._levels):
             finer = 2**level
-            mesh = self._strip(finer) if self._is_long else self._mesh(finer, 1)[:1]
+            mesh = self._strip(finer) if self._is_long else self._mesh(finer)
             through = (f"stack.through={self._through * finer}",) if self._has_through else ()
             yield Variant(TOGETHER, str(finer), mesh + through + self._steps(16 * finer) + self._penalties(4.0**level))
 
     def _meshes(self) -> Iterator[Variant]:
         for factor in IN_PLANE:
-            yield Variant("mesh in the plane", f"{factor:g}", self._mesh(factor, self._through))
+            yield Variant("mesh in the plane", f"{factor:g}", self._mesh(factor))
         for through in THROUGH if self._has_through else ():
-            yield Variant("elements through a layer", str(through), self._mesh(1.0, through))
+            yield Variant("elements through a layer", str(through), (f"stack.through={through}",))
         if self._is_long:
             for factor in IN_PLANE:
                 yield Variant("plane strain", f"{factor:g}", self._strip(factor))
             for through in THROUGH[1:] if self._has_through else ():
-                yield Variant("plane strain and through", str(through), self._through_strip(through))
-
-    def _through_strip(self, through: int) -> tuple[str, ...]:
-        return *self._strip(1.0), f"stack.through={through}"
+                yield Variant("plane strain and through", str(through), (*self._strip(1.0), f"stack.through={through}"))
 
     def _times(self) -> Iterator[Variant]:
         for count in STEPS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from ncf_fenicsx.machine import machine
 from ncf_fenicsx.report import read_history
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
 from ncf_fenicsx.study.launch import BARE, Ended, launch
 from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
@@ -25,6 +25,7 @@ MEASURED = ("force_N", "vf_max", "void_m3")
 COST = ("seconds", "seconds_cpu", "memory_mb", "iterations", "steps", "unknowns", "ranks")
 COLUMNS = ("method", "level", "ending", "reason", *MEASURED, "vf_estimate", *COST)
 ERRORS = ("force_error", "vf_max_error", "void_error", "vf_field_error", "effectivity")
+REFERENCE = ("quantity", "limit", "observed_order", "off_the_finest")
 TARGETS = (0.05, 0.02, 0.01)
 
 
@@ -61,13 +62,14 @@ class ErrorTime:
         """
         scene = Scene.read(self.file, self.overrides)
         variants = Variants(scene, self.along_y, self.levels, self.through).all()
-        chosen = self._chosen(variants, methods)
+        wanted = {TOGETHER} | chosen((variant.method for variant in variants), methods, "method")
+        weighed = [variant for variant in variants if variant.method in wanted]
         self.folder.mkdir(parents=True, exist_ok=True)
         known = self._runs.known()
-        for variant in track([one for one in chosen if (one.method, one.level) not in known], "runs"):
+        for variant in track([one for one in weighed if (one.method, one.level) not in known], "runs"):
             self._runs.append(self._measured(variant))
-        rows = self._weighed(chosen, scene)
-        self._write(rows)
+        rows = self._weighed(weighed, scene)
+        Table(self.folder / "error_time.csv", (*COLUMNS, *ERRORS), ("method", "level")).write(rows)
         title = f"{scene.title}: error against run time, {machine()}"
         draw_work_precision(rows, title, self.folder / "error_time.png")
         return f"{advice(rows)}\ntables and picture in {self.folder}"
@@ -75,15 +77,6 @@ class ErrorTime:
     @property
     def _runs(self) -> Table:
         return Table(self.folder / "runs.csv", COLUMNS, ("method", "level"))
-
-    @staticmethod
-    def _chosen(variants: list[Variant], methods: list[str] | None) -> list[Variant]:
-        for name in methods or ():
-            if not any(variant.method.startswith(name) for variant in variants):
-                known = ", ".join(dict.fromkeys(variant.method for variant in variants))
-                raise SceneError(f"--method {name}: no such method; expected the beginning of one of: {known}")
-        wanted = (TOGETHER, *(methods or [variant.method for variant in variants]))
-        return [variant for variant in variants if variant.method.startswith(wanted)]
 
     def _measured(self, variant: Variant) -> Row:
         """Run a variant; its row."""
@@ -120,17 +113,10 @@ class ErrorTime:
             weighed.append(row)
         return weighed
 
-    def _write(self, rows: list[Row]) -> None:
-        with (self.folder / "error_time.csv").open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, (*COLUMNS, *ERRORS))
-            writer.writeheader()
-            writer.writerows(rows)
-
     def _write_limits(self, limits: dict[str, Extrapolated]) -> None:
-        with (self.folder / "reference.csv").open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(("quantity", "limit", "observed_order", "off_the_finest"))
-            writer.writerows((name, one.value, one.order, one.uncertainty) for name, one in limits.items())
+        rows = [(name, str(one.value), str(one.order), str(one.uncertainty)) for name, one in limits.items()]
+        table = Table(self.folder / "reference.csv", REFERENCE, ("quantity",))
+        table.write([dict(zip(REFERENCE, row, strict=True)) for row in rows])
 
 
 def _figures(ended: Ended) -> Row:

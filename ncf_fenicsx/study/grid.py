@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.study.launch import folder_name
 
 MM = 1e3
 
@@ -29,7 +30,7 @@ class Case:
     @property
     def name(self) -> str:
         """Of its folder."""
-        return "".join(letter if letter.isalnum() else "_" for letter in f"{self.axis} {self.value}")
+        return folder_name(f"{self.axis} {self.value}")
 
 
 MODULI = ("1e6", "1e7", "1e8", "1e9", "1e10", "2.42e11", "1e12")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from ncf_fenicsx.report import read_record
 
 BARE = ("output.picture=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and no picture."""
@@ -31,7 +32,12 @@ class Ended:
     @property
     def record(self) -> dict[str, Any]:
         """Its ``run.json``."""
-        return dict(json.loads((self.folder / "run.json").read_text(encoding="utf-8")))
+        return read_record(self.folder)
+
+
+def folder_name(case: str) -> str:
+    """Name of the folder of a case in words."""
+    return "".join(letter if letter.isalnum() else "_" for letter in case)
 
 
 def launch(
@@ -61,5 +67,5 @@ def launch(
     if ended.returncode not in (0, 1) or not (folder / "run.json").is_file():
         last = ended.stderr.strip().splitlines()
         return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
-    written = Ended("", "", folder).record
+    written = read_record(folder)
     return Ended(written["ending"], written["reason"], folder)

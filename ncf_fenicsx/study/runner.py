@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from pathlib import Path
 
 from rich.progress import track
 
+from ncf_fenicsx.report import read_record
 from ncf_fenicsx.study.grid import Case
 from ncf_fenicsx.study.launch import BARE, Ended, launch
 from ncf_fenicsx.study.table import Row, Table
@@ -86,7 +86,7 @@ class Runner:
 
     def _mean_step(self, case: Case) -> float:
         """Mean step in s of a case's run that has ended."""
-        record = json.loads((self.folder / "runs" / case.name / "run.json").read_text(encoding="utf-8"))
+        record = read_record(self.folder / "runs" / case.name)
         return float(record["time"] / record["steps"])
 
     def _one(self, case: Case, suffix: str, more: tuple[str, ...] = ()) -> Row:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.grid import stability_grid
 from ncf_fenicsx.study.runner import Row, Runner
 from ncf_fenicsx.study.stability_map import ACCURATE, draw_map
@@ -26,12 +27,8 @@ def study_stability(scene: Scene, runner: Runner, axes: list[str] | None = None)
     if len(scene.tool) != 1 or not (scene.tool[0].path[0].travel or (0, 0, 0))[2] < 0:
         raise SceneError("study stability: expected a scene with one tool whose path begins with a travel down")
     cases = stability_grid(scene)
-    for name in axes or ():
-        if not any(case.axis.startswith(name) for case in cases):
-            known = ", ".join(dict.fromkeys(case.axis for case in cases))
-            raise SceneError(f"--axis {name}: no such axis; expected the beginning of one of: {known}")
-    chosen = [case for case in cases if not axes or any(case.axis.startswith(name) for name in axes)]
-    rows = runner.run(chosen)
+    wanted = chosen((case.axis for case in cases), axes, "axis")
+    rows = runner.run([case for case in cases if case.axis in wanted])
     order = {(case.axis, case.value): number for number, case in enumerate(cases)}
     rows = sorted((row for row in rows if (row["axis"], row["value"]) in order), key=lambda row: order[_key(row)])
     draw_map(rows, f"{scene.title}: how far it can be pushed", runner.folder / "stability.png")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from ncf_fenicsx.files import told
+from ncf_fenicsx.files import replace, told
 
 Row = dict[str, str]
 
@@ -32,6 +32,20 @@ class Table:
     def known(self) -> set[tuple[str, ...]]:
         """What tells the rows so far apart."""
         return {tuple(row[name] for name in self.key) for row in self.rows()}
+
+    def write(self, rows: list[Row]) -> None:
+        """Have these rows in place of any there are.
+
+        Raises:
+            ResultError: they cannot be written; the old ones stay.
+        """
+        replace(self.path, lambda path: self._write(path, rows))
+
+    def _write(self, path: Path, rows: list[Row]) -> None:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, self.columns)
+            writer.writeheader()
+            writer.writerows(rows)
 
     def append(self, row: Row) -> None:
         """Add a row.
