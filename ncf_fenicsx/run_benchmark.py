@@ -47,6 +47,7 @@ def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:
         "assembly of the tangent, cold factorisation": f"{assembly:.2f} s, {factorisation:.2f} s",
         "run, over both": f"{seconds:.1f} s, {seconds / unit:.1f}",
         "Newton iterations, steps, cuts": f"{record['newton_iterations']}, {record['steps']}, {record['step_cuts']}",
+        "factorisations, Krylov steps": f"{record['factorisations']}, {record['krylov_steps']}",
         "peak memory": f"{record['peak_memory_mb'] / 1024:.2f} GB",
         "force at the end": f"{last.get('tool_force', 0.0):.4g} N",
     }

@@ -142,6 +142,7 @@ class Simulation:
             if self.history:
                 self._save(ended)
         more = {"step_cuts": ended.cuts, "newton_iterations": self.steps.iterations, **self.stability.record()}
+        more |= {"factorisations": self.newton.linear.factorisations, "krylov_steps": self.newton.linear.krylov_steps}
         more["convergence"] = tolerances(self.problem)
         if self.history and "vf_error" in self.history[-1]:
             more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}

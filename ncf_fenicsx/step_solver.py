@@ -36,7 +36,7 @@ class StepSolver:
         """Try the step from a time by a size (s), with a factor on Newton's iterations."""
         self.problem.steady(self.steadying.value)
         self.problem.begin(time, size)
-        outcome = self._solve(patience)
+        outcome = self._solve(patience, at_rest=not size)
         self.iterations += outcome.iterations
         defect = self.problem.defects.find() if outcome.converged else None
         if defect is not None:
@@ -69,14 +69,14 @@ class StepSolver:
             "push": StatePart(Place.NODES, lambda: self._push, lambda rows: np.copyto(self._push, rows.ravel())),
         }
 
-    def _solve(self, patience: int) -> Outcome:
+    def _solve(self, patience: int, at_rest: bool) -> Outcome:
         """Newton's method, again after each update of multipliers that a penetration above its tolerance asks for."""
-        outcome, updates = self.newton.solve(patience), 0
+        outcome, updates = self.newton.solve(patience, at_rest), 0
         while outcome.converged and (augmented := self.problem.contacts.augment()) is not None:
             penetration, most = augmented
             updates += 1
             if updates > most:
                 reason = f"penetration of {1e6 * penetration:.3g} um after {most} updates of the multipliers"
                 return Outcome(False, outcome.iterations, reason)
-            outcome = outcome.followed_by(self.newton.solve(patience))
+            outcome = outcome.followed_by(self.newton.solve(patience, at_rest))
         return outcome

@@ -48,9 +48,7 @@ def test_pivots_and_mode_are_those_of_the_dense_tangent(relative):
     assert alike == pytest.approx(1, abs=1e-6) or gap < 1e-3
     assert np.abs(mode).max() == pytest.approx(1, rel=1e-12)
     newton.tangent.assemble()
-    ksp = newton.snes.getKSP()
-    ksp.setOperators(newton.tangent.matrix)
-    ksp.setUp()
+    newton.factorise()
     assert newton._negative_pivots(1) == np.count_nonzero(values < 0)
     assert (np.count_nonzero(values < 0) > 0) == (relative > 1)
 

@@ -12,9 +12,10 @@ from petsc4py import PETSc
 from ncf_fenicsx.scene import Solver as Settings
 from ncf_fenicsx.solver.border import border
 from ncf_fenicsx.solver.critical_mode import critical_mode, negative_pivots
+from ncf_fenicsx.solver.linear_solver import LARGE, LinearSolver
 from ncf_fenicsx.solver.progress import Progress
 from ncf_fenicsx.solver.residual import Residual
-from ncf_fenicsx.solver.system import Outcome, System
+from ncf_fenicsx.solver.system import Control, Outcome, System
 from ncf_fenicsx.solver.tangent_matrix import TangentMatrix
 from ncf_fenicsx.timing import Phases
 
@@ -29,10 +30,8 @@ LINE_SEARCHES = {"full": "basic", "critical_point": "cp", "error_oriented": "nle
 """Names of PETSc for those of a scene."""
 KEEP_NONE = 1_000
 """Linear solves of a step for which contact is kept no more: a trust region judges steps before it could be let go."""
-OPTIONS = {
-    "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
-    "options_left": "no",  # no complaint where nothing was solved
-}
+OPTIONS = {"options_left": "no"}
+"""PETSc is not to complain of options where nothing was solved."""
 
 
 class Newton:
@@ -64,25 +63,30 @@ class Newton:
         self.load = 0.0
         held = system.supports.dofs
         self._held = held[held < self.vector.getLocalSize()]
+        unknowns = self.vector.getSize()
+        keeps = settings.factors == "kept" or (settings.factors == "automatic" and unknowns >= LARGE)
+        self.linear = LinearSolver(self.vector.comm, system.symmetric, keeps)
         self.snes = self._snes()
         self.tangent = TangentMatrix(system, self._held)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
 
-    def solve(self, patience: int = 1) -> Outcome:
+    def solve(self, patience: int = 1, at_rest: bool = False) -> Outcome:
         """Solve from the system's present displacement, which is a solution only if the outcome converged.
 
         Args:
             patience: factor on the number of iterations after which to give up.
+            at_rest: whether what is solved for is a state at rest, not a step through time.
         """
         system = self.system
         self._stopped = ""
-        self.progress.begin(patience)
+        self.progress.begin(patience, at_rest)
+        self.linear.begin()
         if self._in_trust_region:
             self.system.contacts.release(KEEP_NONE)
         with self.phases("forms"):
             self.tangent.follow_form()
         if self.tangent.follow_links():
-            self.snes.getKSP().reset()  # the factors are those of the old pattern
+            self.linear.forget()  # the factors are those of the old pattern
             self.snes.setJacobian(self._tangent, self.tangent.matrix)
         self.unknown.array[:] = system.displacement.x.array[: self.unknown.getLocalSize()]
         with self.phases("solve"):
@@ -107,19 +111,19 @@ class Newton:
         return words + (f"; its last tangent had {pivots} negative pivots" if pivots else "")
 
     def _negative_pivots(self, reason: int) -> int | None:
-        """Of the last factors; None where these are no LDL^T, or there are none."""
+        """Of the last factors; None where these are no LDL^T, or tell nothing."""
         unsolved = reason < 0 and not self.snes.getIterationNumber()
         failed = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
         if not self.system.symmetric or failed or unsolved:
             return None
-        return negative_pivots(self.snes.getKSP().getPC())
+        if not self.linear.factorised:
+            self.linear.factorise(self.tangent.assemble())
+        return negative_pivots(self.linear.factors)
 
     def factorise(self) -> None:
         """Factorise the tangent as last assembled, its order of elimination included."""
-        ksp = self.snes.getKSP()
-        ksp.reset()
-        ksp.setOperators(self.tangent.matrix)
-        ksp.setUp()
+        self.linear.forget()
+        self.linear.factorise(self.tangent.matrix)
 
     def critical_mode(self) -> tuple[float, Floats] | None:
         """Lowest eigenvalue in N/m of the tangent at the present displacement, and its mode at this rank's local nodes.
@@ -144,7 +148,7 @@ class Newton:
         self.snes.solve(None, self.unknown)
         reason: int = self.snes.getConvergedReason()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
-            self.snes.getKSP().reset()  # else PETSc does not factorise again after a failure
+            self.linear.forget()  # else PETSc does not factorise again after a failure
         return reason
 
     def evaluate_residual(self) -> Floats:
@@ -163,9 +167,11 @@ class Newton:
         snes.setConvergenceTest(self._test)
         snes.setLineSearchPreCheck(self._before_step)
         snes.setTolerances(max_it=100_000)  # the convergence test knows when to give up
-        snes.getKSP().setType("preonly")
-        snes.getKSP().getPC().setType("cholesky" if self.system.symmetric else "lu")
-        snes.getKSP().getPC().setFactorSolverType("mumps")
+        solver = snes.getKSP()
+        solver.setOptionsPrefix("ncf_newton_")
+        solver.setType("preonly")
+        solver.getPC().setType("python")
+        solver.getPC().setPythonContext(self.linear)
         snes.setFromOptions()
         return snes
 
@@ -198,14 +204,20 @@ class Newton:
         with self.phases("assembly"):
             self._take(x)
             self.tangent.assemble()
+            self.linear.expect(self.progress.nearly, exact=self._in_trust_region or bool(self._controls))
             if system.last_iterate is not None:
                 system.last_iterate.x.array[:] = system.displacement.x.array
+
+    @property
+    def _controls(self) -> list[Control]:
+        """Equations of tools whose height is an unknown of the step."""
+        return [control for control in self.system.contacts.controls if control.active]
 
     def _before_step(self, x: Any, step: Any) -> None:
         """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
         del x
         self.system.contacts.release(self.snes.getIterationNumber() + 1)
-        controls = [control for control in self.system.contacts.controls if control.active]
+        controls = self._controls
         heights = border(step, controls, self.snes.getKSP().solve, self._held)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
         scale = min(0.5 if self.progress.cycling else 1.0, self.system.increment_cap / largest) if largest else 1.0
@@ -221,7 +233,9 @@ class Newton:
         if interruption is not None:
             self._stopped = interruption
             return reasons.DIVERGED_INNER
-        if iteration:
+        if not iteration:
+            self.progress.start(residual, self.load)
+        else:
             self.progress.follow(iteration, residual, self.load, snes.getSolutionUpdate().array_r)
         if self.progress.converged:
             return reasons.CONVERGED_FNORM_ABS

@@ -15,6 +15,8 @@ RUNAWAY = 4.0
 """Factor over the first increment from which on an increment shows that the step is too large."""
 RUNAWAY_FROM = 0.005
 """Increment over the length that is no sign of that yet."""
+AT_REST = 1e-7
+"""Largest force tolerance of a state at rest: what it leaves over would be motion of the first step."""
 CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 
@@ -37,11 +39,22 @@ class Progress:
         self.comm: MPI.Comm = system.displacement.function_space.mesh.comm
         self.begin(1)
 
-    def begin(self, patience: int) -> None:
-        """Forget the solve before; take a factor on the number of iterations after which to give up."""
+    def begin(self, patience: int, at_rest: bool = False) -> None:
+        """Forget the solve before.
+
+        Args:
+            patience: factor on the number of iterations after which to give up.
+            at_rest: whether what is solved for is a state at rest, not a step through time.
+        """
+        self._tolerance = min(self.settings.force_tolerance, AT_REST if at_rest else 1.0)
         self.converged, self.given_up, self.cycling = False, "", False
         self._patience, self._increments = patience, [0.0]
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
+
+    def start(self, residual: float, load: float) -> None:
+        """Judge the start of a solve: nothing is to be done where no more than round-off (N) is out of balance."""
+        balanced = residual <= min(self.system.force_floor, self._tolerance * load) and self._carried
+        self.converged = balanced and not self.system.contacts.keeping
 
     def follow(self, iteration: int, residual: float, load: float, update: Floats) -> None:
         """Judge an iteration.
@@ -53,8 +66,8 @@ class Progress:
             update: the last increment in m, of this rank's owned dofs.
         """
         increment = float(self.comm.allreduce(np.abs(update).max(initial=0.0), MPI.MAX))
-        self.converged = self._small(residual, load, increment) and not self.system.contacts.keeping
         self._increments.append(increment)
+        self.converged = self._small(residual, load) and not self.system.contacts.keeping
         self._note_contact()
         self.given_up = "" if self.converged else self._no_progress(iteration, update)
 
@@ -78,19 +91,37 @@ class Progress:
             return f"contact opens and closes in turns, most at {self.place_of_largest(update)}"
         return f"Newton's method did not converge in {iteration} iterations"
 
-    def _small(self, residual: float, load: float, increment: float) -> bool:
-        """Whether forces balance, those under control included, and the last increment (m) is small.
+    @property
+    def _allowed(self) -> float:
+        """Increment in m that is small."""
+        return self.settings.increment_tolerance * self.system.length
+
+    @property
+    def nearly(self) -> bool:
+        """Whether the next increment would be small, should they go on to die away as the last one did."""
+        if len(self._increments) < 2:
+            return False
+        before, last = self._increments[-2:]
+        return last * (min(last / before, 1.0) if before else 1.0) <= self._allowed
+
+    @property
+    def _carried(self) -> bool:
+        """Whether tools under control carry their forces."""
+        wanted = [(control, control.target) for control in self.system.contacts.controls]
+        return all(
+            abs(control.excess()) <= self._tolerance * target for control, target in wanted if target is not None
+        )
+
+    def _small(self, residual: float, load: float) -> bool:
+        """Whether forces balance, those under control included, and the next increment would be small.
 
         Where round-off alone is above the force tolerance, the increment has to be smaller by as much as it takes for
         the next one, with quadratic convergence, to vanish in round-off too.
         """
-        allowed = self.settings.increment_tolerance * self.system.length
-        for control in self.system.contacts.controls:
-            if control.target is not None and abs(control.excess()) > self.settings.force_tolerance * control.target:
-                return False
-        if residual <= self.settings.force_tolerance * load:
-            return increment <= allowed
-        return residual <= self.system.force_floor and increment <= FLOOR_INCREMENT * allowed
+        if residual <= self._tolerance * load:
+            return self.nearly and self._carried
+        small = residual <= self.system.force_floor and self._increments[-1] <= FLOOR_INCREMENT * self._allowed
+        return small and self._carried
 
     def place_of_largest(self, values: Floats) -> str:
         """Undeformed place, in words, of the node with the largest of some values at this rank's owned dofs."""

@@ -1,0 +1,112 @@
+"""Factors that are kept: exact where they are new, close where they are old, given up where they do not fit."""
+
+import json
+
+import numpy as np
+import pytest
+from assembled import COMM
+from petsc4py import PETSc
+
+from ncf_fenicsx import Scene, run
+from ncf_fenicsx.solver.linear_solver import TOLERANCE, LinearSolver
+
+SIZE = 200
+
+
+def spring_chain(stiff_from=SIZE, stiffness=1.0, sign=1.0):
+    """Stiffness of a chain on weak ground whose ground is stiffer from a node on, negative with the sign."""
+    matrix = PETSc.Mat().createAIJ((SIZE, SIZE), nnz=3, comm=COMM)
+    for i in range(*matrix.getOwnershipRange()):
+        ground = stiffness if i >= stiff_from else 0.01
+        matrix[i, i] = sign * (2 + ground)
+        for j in {max(i - 1, 0), min(i + 1, SIZE - 1)} - {i}:
+            matrix[i, j] = -sign
+    matrix.assemble()
+    return matrix
+
+
+class Chain:
+    """A linear solver behind a Krylov solver, as Newton's method has it, with a matrix that changes."""
+
+    def __init__(self, keeps=True):
+        self.linear, self.matrix = LinearSolver(COMM, True, keeps), spring_chain()
+        self.outer = PETSc.KSP().create(COMM)
+        self.outer.setType("preonly")
+        self.outer.getPC().setType("python")
+        self.outer.getPC().setPythonContext(self.linear)
+        self.load = self.matrix.createVecRight()
+        self.load.set(1.0)
+        self.linear.begin()
+
+    def error(self, matrix, last=False, exact=False):
+        """Largest error of a correction with the entries of a matrix, over its largest size."""
+        matrix.copy(self.matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        self.linear.expect(last, exact)
+        self.outer.setOperators(self.matrix)
+        found, residual = self.load.duplicate(), self.load.duplicate()
+        self.outer.solve(self.load, found)
+        self.matrix.mult(found, residual)
+        residual.axpy(-1.0, self.load)
+        return residual.norm(PETSc.NormType.NORM_INFINITY)
+
+
+def test_old_factors_do_for_a_tangent_that_has_changed_at_few_nodes():
+    chain = Chain()
+    assert chain.error(spring_chain()) < 1e-10
+    assert 0 < chain.error(spring_chain(SIZE - 3, 100.0)) < 100 * TOLERANCE
+    assert (chain.linear.factorisations, chain.linear.krylov_steps > 0) == (1, True)
+
+
+def test_factors_that_do_not_fit_any_more_are_replaced():
+    chain = Chain()
+    chain.error(spring_chain())
+    scattered = spring_chain()
+    for i in range(*scattered.getOwnershipRange()):
+        scattered[i, i] = 2 + 10.0 ** (i % 40 / 5)
+    scattered.assemble()
+    assert chain.error(scattered) < 1e-10
+    assert chain.linear.factorisations == 2
+
+
+@pytest.mark.parametrize("why", ["last", "exact", "not kept", "two solves without"])
+def test_new_factors_where_they_are_asked_for(why):
+    chain = Chain(keeps=why != "not kept")
+    chain.error(spring_chain())
+    if why == "two solves without":
+        chain.linear.begin()
+        chain.error(spring_chain(SIZE - 3, 2.0))
+        chain.linear.begin()
+    near = spring_chain(SIZE - 3, 3.0)
+    if why == "last":
+        chain.linear.begin()
+    assert chain.error(near, last=why == "last", exact=why == "exact") < 1e-10
+    assert chain.linear.factorisations == 2
+
+
+def test_a_singular_tangent_is_told():
+    chain = Chain()
+    chain.matrix.zeroEntries()
+    zero = chain.matrix.copy()
+    chain.error(zero)
+    assert chain.outer.getConvergedReason() < 0
+    chain.linear.forget()
+    assert chain.error(spring_chain()) < 1e-10
+
+
+def roller(table, factors, folder):
+    """A roller on two layers, and the record of its run."""
+    table["stack"] |= {"size": ["30 mm", "6 mm"], "divisions": [30, 2]}
+    table["solver"] = {"factors": factors}
+    result = run(Scene.from_table(table), folder / factors)
+    assert result.done
+    return result.history[-1], json.loads((result.folder / "run.json").read_text("utf-8"))
+
+
+def test_a_run_with_kept_factors_ends_in_the_same_state(table, folder):
+    kept, new = (roller(table, factors, folder) for factors in ("kept", "new"))
+    for name in ("tool_force", "vf_max", "vf_mean", "void_volume_1"):
+        assert kept[0][name] == pytest.approx(new[0][name], rel=1e-4), name
+    assert kept[1]["factorisations"] < 0.7 * new[1]["factorisations"]
+    assert new[1]["krylov_steps"] == 0
+    assert kept[0]["negative_pivots"] == new[0]["negative_pivots"]
+    assert np.isclose(new[1]["factorisations"], new[1]["newton_iterations"], atol=2)
