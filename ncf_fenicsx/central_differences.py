@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
 from ncf_fenicsx.problem import Problem
-from ncf_fenicsx.scene import Explicit
+from ncf_fenicsx.scene_run import Explicit
 from ncf_fenicsx.solver import Residual
 from ncf_fenicsx.stable_step import StableStep
 

@@ -19,14 +19,18 @@ from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
 from ncf_fenicsx.report import draw_summary
 from ncf_fenicsx.run_record import Result, record
-from ncf_fenicsx.scene import Explicit, Scene
+from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.scene_run import Explicit
 from ncf_fenicsx.stepping import Ending, March
 from ncf_fenicsx.timing import Phases
 
 COLUMNS = {
     "kinetic_energy": ("J", "kinetic energy of the fabric with its scaled mass, of the whole"),
-    "kinetic_share": ("1", "that over the internal energy: work of the tools less kinetic and damped energy"),
+    "kinetic_share": (
+        "1",
+        "that over the internal energy: work of the tools less kinetic and damped; 1 if that is none",
+    ),
     "damped_share": ("1", "energy that the damping of all motion has taken, over the work of the tools"),
     "explicit_steps": ("1", "steps of central differences in the row"),
 }
@@ -54,6 +58,8 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
     """
     if any(tool.under_force for tool in scene.tool):
         raise SceneError("explicit: tool.path.N.force: expected tools whose height is given: they have no mass")
+    if not scene.tool:
+        raise SceneError("explicit: tool: expected one, whose work the kinetic energy is weighed against")
     solver = scene.solver.model_copy(update={"steadying": "none", "tangent": "plain", "perturbation": None})
     settings = scene.explicit or Explicit()
     bare = scene.model_copy(update={"solver": solver, "explicit": settings})
@@ -129,7 +135,7 @@ class ExplicitRun:
         internal = work - kinetic - damped
         return {
             "kinetic_energy": kinetic,
-            "kinetic_share": kinetic / internal if internal > 0 else 0.0,
+            "kinetic_share": kinetic / internal if internal > 0 else float(kinetic > 0),
             "damped_share": damped / work if work > 0 else 0.0,
         }
 
@@ -141,7 +147,7 @@ class ExplicitRun:
         ]
         least = EARLY * max(internal, default=0.0)
         pairs = zip(self.history, internal, strict=True)
-        return float(max((row["kinetic_share"] for row, energy in pairs if energy >= least > 0), default=0.0))
+        return float(max((row["kinetic_share"] for row, energy in pairs if energy >= least or least <= 0), default=0.0))
 
     def _judge(self, ended: March) -> None:
         """Whether the run was quasi-static."""

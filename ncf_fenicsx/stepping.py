@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, TypeVar
 
-from ncf_fenicsx.scene import Solver
+from ncf_fenicsx.scene_run import Solver
 
 
 class Attempt(Protocol):

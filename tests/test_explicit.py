@@ -11,10 +11,10 @@ from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.central_differences import CentralDifferences
 from ncf_fenicsx.comparison import Comparison
 from ncf_fenicsx.curves import Curves
-from ncf_fenicsx.explicit import COLUMNS, run_explicit
+from ncf_fenicsx.explicit import COLUMNS, ExplicitRun, run_explicit
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.problem import Problem
-from ncf_fenicsx.scene import Explicit
+from ncf_fenicsx.scene_run import Explicit
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.timing import Phases
 
@@ -176,3 +176,32 @@ def test_tools_under_a_force_are_refused(folder):
     with pytest.raises(SceneError, match="expected tools whose height is given"):
         run_explicit(Scene.from_table(STRIP | {"tool": tool}), folder / "none")
     assert not (folder / "none").exists()
+
+
+def test_a_scene_without_a_tool_is_refused(folder):
+    with pytest.raises(SceneError, match="explicit: tool: expected one"):
+        run_explicit(Scene.from_table(COLUMN), folder / "none")
+    assert not (folder / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("rows", "share"),
+    [
+        ([(1.0, 0.1, 0.4)], 0.8),
+        ([(1.0, 0.1, 0.4), (10.0, 0.0, 2.0)], 0.8),
+        ([(1.0, 0.9, 0.3)], 1.0),  # all the work has gone into motion and damping
+        ([(1.0, 0.9, 0.3), (100.0, 0.0, 10.0)], 1 / 9),  # a start that hardly matters
+    ],
+)
+def test_the_share_of_kinetic_energy(rows, share):
+    marched = object.__new__(ExplicitRun)
+    marched.history = [
+        {
+            "tool_work": work,
+            "damped_share": damped,
+            "kinetic_energy": kinetic,
+            "kinetic_share": kinetic / internal if (internal := work * (1 - damped) - kinetic) > 0 else 1.0,
+        }
+        for work, damped, kinetic in rows
+    ]
+    assert marched.kinetic_share == pytest.approx(share)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ncf_fenicsx.scene import Solver as Settings
+from ncf_fenicsx.scene_run import Solver as Settings
 from ncf_fenicsx.solver.border import border
 from ncf_fenicsx.solver.critical_mode import critical_mode, negative_pivots
 from ncf_fenicsx.solver.linear_solver import LARGE, LinearSolver

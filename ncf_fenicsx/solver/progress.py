@@ -7,7 +7,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx.hexahedra import place
-from ncf_fenicsx.scene import Solver as Settings
+from ncf_fenicsx.scene_run import Solver as Settings
 from ncf_fenicsx.solver.system import Floats, System
 
 FLOOR_INCREMENT = 1e-3

@@ -28,6 +28,7 @@ NEWTONS = {
     "plain tangent": "solver.tangent=plain",
     "critical point": "solver.line_search=critical_point",
     "error oriented": "solver.line_search=error_oriented",
+    "kept factors": "solver.factors=kept",
 }
 TIME_SCALINGS = (30_000, 10_000)
 
