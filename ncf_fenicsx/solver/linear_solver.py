@@ -56,7 +56,8 @@ class LinearSolver:
         self._krylov.setConvergenceTest(self._judge)
         self._krylov.setPC(self.factors)
         self.factorised = self._solved = self._slow = self._renewed = self._renewed_before = False
-        self._renew, self._correction = True, None
+        self._renew = True
+        self._correction: Any = None
 
     def begin(self) -> None:
         """Begin a nonlinear solve."""
