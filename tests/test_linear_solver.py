@@ -57,6 +57,19 @@ def test_old_factors_do_for_a_tangent_that_has_changed_at_few_nodes():
     assert (chain.linear.factorisations, chain.linear.krylov_steps > 0) == (1, True)
 
 
+def test_a_second_load_on_a_tangent_without_factors_of_its_own():
+    chain = Chain()
+    chain.error(spring_chain())
+    chain.error(spring_chain(SIZE - 3, 100.0))
+    chain.load.set(2.0)
+    found, residual = chain.load.duplicate(), chain.load.duplicate()
+    chain.outer.solve(chain.load, found)
+    chain.matrix.mult(found, residual)
+    residual.axpy(-1.0, chain.load)
+    assert residual.norm(PETSc.NormType.NORM_INFINITY) < 200 * TOLERANCE
+    assert chain.linear.factorisations == 1
+
+
 def test_factors_that_do_not_fit_any_more_are_replaced():
     chain = Chain()
     chain.error(spring_chain())

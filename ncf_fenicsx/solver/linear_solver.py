@@ -55,7 +55,7 @@ class LinearSolver:
         self._krylov.setGMRESRestart(MOST)
         self._krylov.setConvergenceTest(self._judge)
         self._krylov.setPC(self.factors)
-        self.factorised = self._solved = self._slow = self._renewed = self._renewed_before = False
+        self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = False
         self._renew = True
         self._correction: Any = None
 
@@ -77,7 +77,7 @@ class LinearSolver:
         """Forget all factors, the order of elimination included."""
         self._krylov.reset()
         self._direct.reset()
-        self.factorised = False
+        self.factorised = self._fresh = False
 
     def factorise(self, matrix: Any) -> int:
         """New factors; PETSc's reason why there are none, 0 if there are."""
@@ -85,7 +85,7 @@ class LinearSolver:
         self._direct.setOperators(matrix)
         self._direct.setUp()
         self.factorisations += 1
-        self._slow, self._renewed = False, True
+        self._slow, self._renewed, self._fresh = False, True, True
         failed: int = self.factors.getFailedReason()
         self.factorised = not failed
         return failed
@@ -93,13 +93,12 @@ class LinearSolver:
     def setUp(self, outer: Any) -> None:
         """Told by PETSc that the matrix has changed."""
         del outer
-        self._solved = False
+        self._fresh = False
 
     def apply(self, outer: Any, b: Any, x: Any) -> None:
         """Solve A x = b with the outer preconditioner's matrix A."""
         matrix = outer.getOperators()[0]
-        if not self._solved:
-            self._solved = True
+        if not self._fresh:
             if self.factorised and not self._renew and self._iterate(matrix, b, x):
                 return
             outer.setFailedReason(self.factorise(matrix))
