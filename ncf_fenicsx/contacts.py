@@ -11,6 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx.body import Body
+from ncf_fenicsx.catch import Catch
 from ncf_fenicsx.contact import AugmentedLagrangian
 from ncf_fenicsx.coupling_blocks import Blocks
 from ncf_fenicsx.faces import Face
@@ -46,7 +47,6 @@ class Contacts:
         layers: contacts between layers, equal interfaces together.
         controls: equations of the tools whose path names a force.
         pairings: how often layers were paired.
-        keeping: whether contact is kept where it was, whatever the gap.
     """
 
     def __init__(self, scene: Scene, stack: StackMesh, body: Body, area_vector: Expression) -> None:
@@ -61,7 +61,7 @@ class Contacts:
             face = Face(spaces, tags, tuple(lower_tag(layer) for layer in layers))
             self.layers.append(LayerContact(way, face, Pairing(spaces, stack, layers), body, area_vector))
         forced = [tool for tool in self.tools if tool.surface.under_force]
-        self.pairings, self.keeping = 0, False
+        self.pairings, self._gripping = 0, False
         self._step_travel = scene.solver.step_travel * body.thickness
         self.controls = [ForceControl(tool, scene.stack.sides.copies) for tool in forced]
 
@@ -99,16 +99,35 @@ class Contacts:
             control.touch()
         for surface in self.rigid:
             surface.hold(time, size)
-        self._note_keeping()
+        for catch in self._catches:
+            catch.begin()
+        self._note_grips()
 
     def release(self, solves: int) -> None:
         """Let contact go by the gap alone where it is kept for no more than a number of linear solves of a step."""
         for surface in self.rigid:
             surface.grip.release(solves)
-        self._note_keeping()
+        for catch in self._catches:
+            catch.release(solves)
+        self._note_grips()
 
-    def _note_keeping(self) -> None:
-        self.keeping = self.body.spaces.mesh.comm.allreduce(any(surface.grip.holds for surface in self.rigid), MPI.LOR)
+    def _note_grips(self) -> None:
+        holds = any(surface.grip.holds for surface in self.rigid)
+        self._gripping = self.body.spaces.mesh.comm.allreduce(holds, MPI.LOR)
+
+    @property
+    def _catches(self) -> list[Catch]:
+        return [layer.catch for layer in self.layers if layer.catch is not None]
+
+    @property
+    def keeping(self) -> bool:
+        """Whether contact is kept where it was, whatever the gap."""
+        return self._gripping or self.catching
+
+    @property
+    def catching(self) -> bool:
+        """Whether layers that would touch nowhere are kept on each other."""
+        return any(catch.holds for catch in self._catches)
 
     def touching(self) -> NDArray[np.bool_]:
         """At which of this rank's local nodes there is contact now, one contact after the other."""
@@ -167,10 +186,9 @@ class Contacts:
         """Return to the committed state at a time (s)."""
         for surface in self.rigid:
             surface.rollback(time)
-        self._note_keeping()
+        self._note_grips()
         for layer in self.layers:
-            layer.memory.rollback()
-            layer.refresh()
+            layer.rollback()
 
     def parts(self) -> dict[str, StatePart]:
         """The committed state of all contacts, for a checkpoint."""

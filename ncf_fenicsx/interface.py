@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
 from ncf_fenicsx.body import Body
+from ncf_fenicsx.catch import Catch
 from ncf_fenicsx.contact import Touch, friction_traction, tangential
 from ncf_fenicsx.coupling_blocks import Blocks, nodal_blocks, stress_blocks
 from ncf_fenicsx.faces import Face
@@ -45,6 +46,7 @@ class LayerContact:
         memory: multiplier and tangential traction, where the scene names what keeps them.
         slip: tangential displacement of what is faced since the start in m, at this rank's local nodes.
         pressure_form: compiled density of the contact pressure over the face in Pa, per undeformed area.
+        catch: keeps layers from being afloat; None where something pulls them back.
     """
 
     def __init__(self, settings: OneSided, face: Face, pairing: Pairing, body: Body, area_vector: Expression) -> None:
@@ -62,11 +64,16 @@ class LayerContact:
         own = body.own_pressure() if settings.contact.uses_own_pressure else None
         multiplier = self.memory.scalar("multiplier") if settings.contact.keeps_multiplier else None
         stiffness = body.symbols(settings.penalty.resolve(body.natural_stiffness))
-        self.touch = Touch(self.gap, stiffness, multiplier, own)
+        self.catch: Catch | None = None
+        if not settings.opening_stiffness:
+            self.catch = Catch(face, [interface.lower.local for interface in pairing.interfaces])
+        self.touch = Touch(self.gap, stiffness, multiplier, own, kept=None if self.catch is None else self.catch.kept)
         self.pressure = settings.contact.pressure(self.touch)
         if multiplier is not None:
             self.memory.follow("multiplier", face.density(self.pressure))
         self.pressure_form = face.density(self._coverage * self.pressure)
+        if self.catch is not None:
+            self.catch.follow(self.pressure_form)
         self._tangential = self._tangential_traction()
         self._compile()
         self.update()
@@ -116,6 +123,8 @@ class LayerContact:
     def refresh(self) -> None:
         """Take what the lower faces face at the present displacement."""
         self._at_nodes(self._facing, self.pairing.facing(self._places()))
+        if self.catch is not None:
+            self.catch.watch()
 
     def residual(self) -> tuple[Integers, Floats]:
         """Forces on the upper faces as a residual in N: global node numbers, and values of shape (nodes, 3)."""
@@ -147,6 +156,13 @@ class LayerContact:
         self.slip = self.slipped()
         self.memory.commit()
 
+    def rollback(self) -> None:
+        """Return to the committed state, which the body is in again."""
+        self.memory.rollback()
+        if self.catch is not None:
+            self.catch.end()
+        self.refresh()
+
     def parts(self) -> dict[str, StatePart]:
         """The committed state, for a checkpoint."""
         slip = StatePart(Place.NODES, lambda: self.slip, lambda rows: np.copyto(self.slip, rows))
@@ -161,7 +177,9 @@ class LayerContact:
         self._coverage.x.array[self.pairing.nodes] = self.pairing.coverage
         vectors = self.face.assembled(self._area_form)[self.pairing.nodes]
         self._at_nodes(self._normal, vectors / np.linalg.norm(vectors, axis=1)[:, None])
-        self.refresh()
+        self._at_nodes(self._facing, self.pairing.facing(places))
+        if self.catch is not None:
+            self.catch.note()
         self._facing_start.x.array[:] = self._facing.x.array
         if self._slip_field is not None:
             self._slip_field.x.array[:] = self.slip.ravel()

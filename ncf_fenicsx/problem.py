@@ -217,9 +217,9 @@ class Problem:
         if self.face_states is not None:
             self.face_states.commit()
         self.start.x.array[:] = trial
+        self._set_time(self._time, 0.0)
         self.contacts.update()
         self._segments = self._segments_at(self._time)
-        self._set_time(self._time, 0.0)
 
     def perturb(self, change: Floats) -> None:
         """Change the committed displacement, of this rank's local dofs, by so much (m)."""

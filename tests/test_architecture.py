@@ -21,7 +21,7 @@ ORDER = (
     ("history_file", "hexahedra", "compat", "material", "mortar", "mirror", "surface_lines"),
     ("placement", "gmsh_file", "states", "symbols", "fabric", "faces", "surfaces"),
     ("mesh", "body", "memory"),
-    ("pairing", "grip", "supports", "defects", "viscosity", "recovery"),
+    ("pairing", "grip", "catch", "supports", "defects", "viscosity", "recovery"),
     ("rigid_contact",),
     ("coupling_blocks", "force_control"),
     ("interface",),

@@ -337,6 +337,23 @@ def test_equal_interfaces_are_one_and_a_bonded_stack_has_none():
     assert not alone.contacts.layers
 
 
+def test_a_layer_that_springs_back_from_a_lifted_tool_is_not_thrown_off_the_one_below(folder):
+    """Carried on, its last motion would open all of the interface, and nothing hold the upper layer."""
+    down = {"travel": ["0 mm", "0 mm", "-0.3 mm"], "speed": "1 mm/min"}
+    up = {"travel": ["0 mm", "0 mm", "0.2 mm"], "speed": "2 mm/min"}
+    table = {
+        "stack": {"layers": 2, "size": ["12 mm", "6 mm"], "divisions": [6, 2], "grading": [0, 0]},
+        "tool": {"kind": "plate", "path": [down, up]},
+        "laws": {"unloading": {"kind": "permanent_set"}},
+        "solver": {"largest_step": "3 s"},
+    }
+    history = simulate(table, folder)[1]
+    lifted = [row for row in history if row["time"] > 20 and not row["tool_force"]]
+    assert lifted
+    assert max(row["newton_iterations"] for row in lifted) <= 6
+    assert not sum(row["step_cuts"] for row in lifted)
+
+
 def test_layers_that_hang_part_only_where_they_may(folder):
     """Clamped strips, the lower the more flexible, sag by their weight: bonds hold, stitches give, the rest opens."""
     plies = [[90], [90, 90, 0], [90, 0], [0]]

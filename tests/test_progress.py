@@ -10,7 +10,7 @@ from ncf_fenicsx.solver.progress import RUNAWAY, Progress
 class Contact:
     """Says what a test tells it to."""
 
-    controls, keeping = (), False
+    controls, keeping, catching = (), False, False
 
     def __init__(self, patterns):
         self.patterns = iter(patterns)

@@ -12,7 +12,10 @@ from ncf_fenicsx.solver.system import Floats, System
 
 FLOOR_INCREMENT = 1e-3
 RUNAWAY = 4.0
-"""Factor over the first increment from which on an increment shows that the step is too large."""
+"""Factor over the first increment from which on an increment shows that the step is too large.
+
+The first is the one after layers were last caught: that they hold on to each other hinders what has to move.
+"""
 RUNAWAY_FROM = 0.005
 """Increment over the length that is no sign of that yet."""
 AT_REST = 1e-7
@@ -48,7 +51,7 @@ class Progress:
         """
         self._tolerance = min(self.settings.force_tolerance, AT_REST if at_rest else 1.0)
         self.converged, self.given_up, self.cycling = False, "", False
-        self._patience, self._increments = patience, [0.0]
+        self._patience, self._increments, self._first = patience, [0.0], 1
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
 
     def start(self, residual: float, load: float) -> None:
@@ -68,6 +71,7 @@ class Progress:
         increment = float(self.comm.allreduce(np.abs(update).max(initial=0.0), MPI.MAX))
         self._increments.append(increment)
         self.converged = self._small(residual, load) and not self.system.contacts.keeping
+        self._first = iteration + 1 if self.system.contacts.catching else self._first
         self._note_contact()
         self.given_up = "" if self.converged else self._no_progress(iteration, update)
 
@@ -82,8 +86,8 @@ class Progress:
 
     def _no_progress(self, iteration: int, update: Floats) -> str:
         """In words, why to give up after an iteration; empty to go on."""
-        first = max(self._increments[1], RUNAWAY_FROM * self.system.length)
-        if self._increments[-1] > RUNAWAY * self._patience * first:
+        first = max([RUNAWAY_FROM * self.system.length, *self._increments[self._first : self._first + 1]])
+        if self._first <= iteration and self._increments[-1] > RUNAWAY * self._patience * first:
             return "Newton's increments grow"
         if iteration < self._patience * self.settings.max_iterations:
             return ""

@@ -27,6 +27,10 @@ class Contacts(Protocol):
         """Whether contact is kept where it was, whatever the gap."""
 
     @property
+    def catching(self) -> bool:
+        """Whether it is so because layers would touch nowhere."""
+
+    @property
     def pairings(self) -> int:
         """How often nodes were paired anew: links change with it."""
 
