@@ -44,8 +44,6 @@ def deck(block: dict) -> str:
     for (i, j, k), n in tool_nodes.items():
         angle, r = radians(ARC * i / FACETS - offset), radius - 0.2 * radius * k
         places.append((n, r * sin(angle), -0.1 * depth + 1.2 * depth * j, height + radius - r * cos(angle)))
-    shear = block["modulus"] / (2 * (1 + block["poisson"]))
-    bulk = block["modulus"] / (3 * (1 - 2 * block["poisson"]))
     top = [[n] for (_, _, k), n in nodes.items() if k == nz]
     sides = {"XSYM": 0, "YSYM": 1, "BOTTOM": 2}
     sets = "\n".join(
@@ -69,7 +67,7 @@ TOP
 CYLINDER, S1
 *MATERIAL, NAME=SOLID
 *HYPERELASTIC, NEO HOOKE
-{shear / 2!r}, {2 / bulk!r}
+{block["shear_modulus"] / 2!r}, {2 / block["bulk_modulus"]!r}
 *SOLID SECTION, ELSET=BLOCK, MATERIAL=SOLID
 *MATERIAL, NAME=STEEL
 *ELASTIC

@@ -132,19 +132,14 @@ class ExplicitRun:
     def _energies(self, measured: dict[str, float]) -> dict[str, float]:
         copies, work = self.scene.stack.sides.copies, measured.get("tool_work", 0.0)
         kinetic, damped = copies * self.differences.kinetic_energy, copies * self.differences.damped
-        internal = work - kinetic - damped
-        return {
-            "kinetic_energy": kinetic,
-            "kinetic_share": kinetic / internal if internal > 0 else float(kinetic > 0),
-            "damped_share": damped / work if work > 0 else 0.0,
-        }
+        energies = {"kinetic_energy": kinetic, "damped_share": damped / work if work > 0 else 0.0}
+        internal = _internal_energy(measured | energies)
+        return energies | {"kinetic_share": kinetic / internal if internal > 0 else float(kinetic > 0)}
 
     @property
     def kinetic_share(self) -> float:
         """Largest kinetic over internal energy, once that is no longer next to nothing."""
-        internal = [
-            row.get("tool_work", 0.0) * (1 - row["damped_share"]) - row["kinetic_energy"] for row in self.history
-        ]
+        internal = [_internal_energy(row) for row in self.history]
         least = EARLY * max(internal, default=0.0)
         pairs = zip(self.history, internal, strict=True)
         return float(max((row["kinetic_share"] for row, energy in pairs if energy >= least or least <= 0), default=0.0))
@@ -176,3 +171,8 @@ class ExplicitRun:
                 "lowest_period_s": math.tau / self.differences.lowest_frequency,
             }
         }
+
+
+def _internal_energy(row: dict[str, float]) -> float:
+    """Work of the tools in J that is neither kinetic energy nor damped, of a row of the history."""
+    return row.get("tool_work", 0.0) * (1 - row["damped_share"]) - row["kinetic_energy"]

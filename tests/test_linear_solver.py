@@ -13,14 +13,14 @@ from ncf_fenicsx.solver.linear_solver import TOLERANCE, LinearSolver
 SIZE = 200
 
 
-def spring_chain(stiff_from=SIZE, stiffness=1.0, sign=1.0):
-    """Stiffness of a chain on weak ground whose ground is stiffer from a node on, negative with the sign."""
+def spring_chain(stiff_from=SIZE, stiffness=1.0):
+    """Stiffness of a chain on weak ground whose ground is stiffer from a node on."""
     matrix = PETSc.Mat().createAIJ((SIZE, SIZE), nnz=3, comm=COMM)
     for i in range(*matrix.getOwnershipRange()):
         ground = stiffness if i >= stiff_from else 0.01
-        matrix[i, i] = sign * (2 + ground)
+        matrix[i, i] = 2 + ground
         for j in {max(i - 1, 0), min(i + 1, SIZE - 1)} - {i}:
-            matrix[i, j] = -sign
+            matrix[i, j] = -1.0
     matrix.assemble()
     return matrix
 
@@ -39,7 +39,7 @@ class Chain:
         self.linear.begin()
 
     def error(self, matrix, last=False, exact=False):
-        """Largest error of a correction with the entries of a matrix, over its largest size."""
+        """Largest residual of a correction with the entries of a matrix, under a load of 1 at each node."""
         matrix.copy(self.matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         self.linear.expect(last, exact)
         self.outer.setOperators(self.matrix)
