@@ -58,6 +58,13 @@ class StackMesh:
         numbers[space.dofmap.list] = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
         return numbers
 
+    def packs(self, space: Any) -> Integers:
+        """Pack of each owned node of a P1 space, 0 at the bottom: layers that share nodes are one."""
+        index_map = space.dofmap.index_map
+        packs = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
+        packs[space.dofmap.list] = np.searchsorted(self.open_interfaces, self.layer)[:, None]
+        return packs[: index_map.size_local]
+
     def facets(self, tag: int | str) -> Integers:
         """Local facets with a tag, or its name."""
         return self.facet_tags.find(TAGS[tag] if isinstance(tag, str) else tag)

@@ -158,6 +158,11 @@ class Problem:
             tangent += self.material.extrapolated_tangent(u, self.last_iterate, v, du, self.volumes)
         return tangent
 
+    @property
+    def packs(self) -> NDArray[np.int64]:
+        """Pack of layers that share nodes, of each owned node."""
+        return self.stack.packs(self.space)
+
     @cached_property
     def force_floor(self) -> float:
         """Norm of the forces in N that round-off in the stiffest stress, or in penalty times place, leaves over."""

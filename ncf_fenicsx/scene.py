@@ -83,6 +83,12 @@ class Scene(Settings):
         return self
 
     @model_validator(mode="after")
+    def _layers_can_be_told_apart(self) -> Self:
+        if self.solver.factors == "layers" and not any(isinstance(way, OneSided) for way in self.interfaces):
+            raise impossible("solver.factors", "layers", "expected layers that may part, for factors of each")
+        return self
+
+    @model_validator(mode="after")
     def _laws_go_together(self) -> Self:
         initial = self.stack.initial_volume_fraction
         if self.laws.solid is None and initial >= 1:

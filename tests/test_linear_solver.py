@@ -8,6 +8,7 @@ from assembled import COMM
 from petsc4py import PETSc
 
 from ncf_fenicsx import Scene, run
+from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.linear_solver import TOLERANCE, LinearSolver
 
 SIZE = 200
@@ -29,7 +30,7 @@ class Chain:
     """A linear solver behind a Krylov solver, as Newton's method has it, with a matrix that changes."""
 
     def __init__(self, keeps=True):
-        self.linear, self.matrix = LinearSolver(COMM, True, keeps), spring_chain()
+        self.linear, self.matrix = LinearSolver(DirectFactors(COMM, True), keeps), spring_chain()
         self.outer = PETSc.KSP().create(COMM)
         self.outer.setType("preonly")
         self.outer.getPC().setType("python")

@@ -9,17 +9,12 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
+from ncf_fenicsx.solver.direct_factors import DirectFactors
+
 HELD = 1e6
 """Stiffness of held dofs over the largest on the diagonal: their eigenvalues are far from the lowest."""
 FIRST_SHIFT = 1e-12
 """First shift over the largest stiffness on the diagonal."""
-NEGATIVE_PIVOTS = 12
-"""Where MUMPS tells their number: INFOG(12)."""
-
-
-def negative_pivots(factors: Any) -> int:
-    """Negative pivots in MUMPS's LDL^T factors: as many as the matrix has negative eigenvalues."""
-    return int(factors.getFactorMatrix().getMumpsInfog(NEGATIVE_PIVOTS))
 
 
 def critical_mode(matrix: Any, held: NDArray[np.int32]) -> tuple[float, Any] | None:
@@ -44,7 +39,10 @@ def critical_mode(matrix: Any, held: NDArray[np.int32]) -> tuple[float, Any] | N
     solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
-    _direct(transform.getKSP())
+    solves = transform.getKSP()
+    solves.setType("preonly")
+    solves.getPC().setType("cholesky")
+    solves.getPC().setFactorSolverType("mumps")
     solver.setTarget(-_shift_below(matrix, FIRST_SHIFT * largest))
     solver.solve()
     if not solver.getConverged():
@@ -59,16 +57,8 @@ def _shift_below(matrix: Any, shift: float) -> float:
     while True:
         shifted = matrix.copy()
         shifted.shift(shift)
-        solver = PETSc.KSP().create(matrix.getComm())
-        solver.setOperators(shifted)
-        _direct(solver)
-        solver.setUp()
-        if negative_pivots(solver.getPC()) == 0:
+        factors = DirectFactors(matrix.getComm(), symmetric=True)
+        factors.factorise(shifted)
+        if not factors.negative_pivots:
             return shift
         shift *= 4
-
-
-def _direct(solver: Any) -> None:
-    solver.setType("preonly")
-    solver.getPC().setType("cholesky")
-    solver.getPC().setFactorSolverType("mumps")

@@ -1,38 +1,61 @@
-"""Solves with the tangent: by its factors, or by GMRES with the factors of an earlier one."""
+"""Solves with the tangent: by its factors, or by GMRES with those of an earlier one or of the stack's parts."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 from petsc4py import PETSc
 
 LARGE = 50_000
 """Unknowns from which on a few Krylov steps cost less than factors."""
 TOLERANCE = 1e-4
-"""What old factors make of a correction's residual, over the correction: as exact as a Newton step needs to be.
+"""What the factors make of a correction's residual, over the correction: as exact as a Newton step needs to be.
 
 Over what they make of the load itself, as is usual, says nothing: where contact has closed, that is far off.
 """
 MOST = 25
-"""Krylov steps after which factors cost less."""
+"""Krylov steps after which new factors cost less."""
 SLOW = 15
 """Krylov steps after which the next correction had better have factors of its own."""
-OPTIONS = {
-    "ncf_mat_mumps_icntl_14": 60,  # per cent of spare workspace: pivoting of an indefinite tangent needs it
-}
+MOST_OF_NEW = 150
+"""Krylov steps after which factors that are new but not exact are no good."""
+
+
+class Factors(Protocol):
+    """Something like the inverse of a matrix.
+
+    Attributes:
+        exact: whether it is the inverse.
+        preconditioner: PETSc's, that applies it.
+    """
+
+    exact: bool
+    preconditioner: Any
+
+    def factorise(self, matrix: Any) -> int:
+        """Take a matrix; PETSc's reason why there are no factors, 0 if there are."""
+
+    def keep(self) -> None:
+        """Keep the factors, whatever becomes of the matrix."""
+
+    def forget(self) -> None:
+        """Forget all, the order of elimination included."""
+
+    @property
+    def negative_pivots(self) -> int:
+        """Of the factors of a symmetric matrix."""
 
 
 class LinearSolver:
-    """MUMPS's LDL^T or LU, kept over iterations and steps as long as GMRES converges fast with it.
+    """Factors, kept over iterations and steps as long as GMRES converges fast with them.
 
     Contact that opens or closes changes the tangent at few nodes, so old factors are a good preconditioner: in place of
     a factorisation, some solutions with factors at hand. But the pivots that tell of a loss of stability are
     those of a step's own factors. So the correction that is taken to be the last of a step has new ones.
 
     Args:
-        comm: ranks that share the matrix.
-        symmetric: LDL^T if so, else LU.
-        keeps: whether factors are kept.
+        factors: of the tangent.
+        keeps: whether they are kept.
 
     Attributes:
         factorised: whether there are factors, of this tangent or an earlier one.
@@ -40,21 +63,13 @@ class LinearSolver:
         krylov_steps: of GMRES so far.
     """
 
-    def __init__(self, comm: Any, symmetric: bool, keeps: bool) -> None:
-        self.keeps, self.factorisations, self.krylov_steps = keeps, 0, 0
-        for name, value in OPTIONS.items():
-            PETSc.Options()[name] = value
-        self._direct, self._krylov = PETSc.KSP().create(comm), PETSc.KSP().create(comm)
-        self._direct.setOptionsPrefix("ncf_")
-        self._direct.setType("preonly")
-        self.factors = self._direct.getPC()
-        self.factors.setType("cholesky" if symmetric else "lu")
-        self.factors.setFactorSolverType("mumps")
-        self._direct.setFromOptions()
+    def __init__(self, factors: Factors, keeps: bool) -> None:
+        self.factors, self.keeps, self.factorisations, self.krylov_steps = factors, keeps, 0, 0
+        self._krylov = PETSc.KSP().create(factors.preconditioner.comm)
         self._krylov.setType("gmres")
-        self._krylov.setGMRESRestart(MOST)
+        self._krylov.setGMRESRestart(MOST if factors.exact else MOST_OF_NEW)
         self._krylov.setConvergenceTest(self._judge)
-        self._krylov.setPC(self.factors)
+        self._krylov.setPC(factors.preconditioner)
         self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = False
         self._renew = True
         self._correction: Any = None
@@ -76,17 +91,14 @@ class LinearSolver:
     def forget(self) -> None:
         """Forget all factors, the order of elimination included."""
         self._krylov.reset()
-        self._direct.reset()
+        self.factors.forget()
         self.factorised = self._fresh = False
 
     def factorise(self, matrix: Any) -> int:
         """New factors; PETSc's reason why there are none, 0 if there are."""
-        self.factors.setReusePreconditioner(False)
-        self._direct.setOperators(matrix)
-        self._direct.setUp()
+        failed = self.factors.factorise(matrix)
         self.factorisations += 1
         self._slow, self._renewed, self._fresh = False, True, True
-        failed: int = self.factors.getFailedReason()
         self.factorised = not failed
         return failed
 
@@ -102,7 +114,10 @@ class LinearSolver:
             if self.factorised and not self._renew and self._iterate(matrix, b, x):
                 return
             outer.setFailedReason(self.factorise(matrix))
-        self._direct.solve(b, x)
+        if self.factors.exact or not self.factorised:
+            self.factors.preconditioner.apply(b, x)
+        elif not self._iterate(matrix, b, x):
+            outer.setFailedReason(PETSc.PC.FailedReason.SUBPC_ERROR)
 
     def _judge(self, krylov: Any, step: int, norm: float) -> Any:
         """Whether GMRES has converged, given the norm in m of the residual with the factors applied to it."""
@@ -110,12 +125,13 @@ class LinearSolver:
         krylov.buildSolution(self._correction)
         if norm <= TOLERANCE * self._correction.norm():
             return reasons.CONVERGED_RTOL
-        return reasons.DIVERGED_MAX_IT if step >= MOST else reasons.ITERATING
+        most = MOST if self.factors.exact else MOST_OF_NEW
+        return reasons.DIVERGED_MAX_IT if step >= most else reasons.ITERATING
 
     def _iterate(self, matrix: Any, b: Any, x: Any) -> bool:
         """Whether GMRES converges fast with the factors at hand."""
         self._correction = self._correction or x.duplicate()
-        self.factors.setReusePreconditioner(True)
+        self.factors.keep()
         self._krylov.setOperators(matrix)
         self._krylov.solve(b, x)
         steps = self._krylov.getIterationNumber()

@@ -11,8 +11,10 @@ from petsc4py import PETSc
 
 from ncf_fenicsx.scene_run import Solver as Settings
 from ncf_fenicsx.solver.border import border
-from ncf_fenicsx.solver.critical_mode import critical_mode, negative_pivots
-from ncf_fenicsx.solver.linear_solver import LARGE, LinearSolver
+from ncf_fenicsx.solver.critical_mode import critical_mode
+from ncf_fenicsx.solver.direct_factors import DirectFactors
+from ncf_fenicsx.solver.layer_factors import LayerFactors
+from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
 from ncf_fenicsx.solver.progress import Progress
 from ncf_fenicsx.solver.residual import Residual
 from ncf_fenicsx.solver.system import Control, Outcome, System
@@ -63,9 +65,8 @@ class Newton:
         self.load = 0.0
         held = system.supports.dofs
         self._held = held[held < self.vector.getLocalSize()]
-        unknowns = self.vector.getSize()
-        keeps = settings.factors == "kept" or (settings.factors == "automatic" and unknowns >= LARGE)
-        self.linear = LinearSolver(self.vector.comm, system.symmetric, keeps)
+        keeps = settings.factors == "kept" or (settings.factors == "automatic" and self.vector.getSize() >= LARGE)
+        self.linear = LinearSolver(self._factors(), keeps)
         self.snes = self._snes()
         self.tangent = TangentMatrix(system, self._held)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -118,12 +119,13 @@ class Newton:
             return None
         if not self.linear.factorised:
             self.linear.factorise(self.tangent.assemble())
-        return negative_pivots(self.linear.factors)
+        return self.linear.factors.negative_pivots
 
     def factorise(self) -> None:
-        """Factorise the tangent as last assembled, its order of elimination included."""
-        self.linear.forget()
-        self.linear.factorise(self.tangent.matrix)
+        """Factorise the tangent as last assembled as a whole, its order of elimination included, and forget that."""
+        factors = DirectFactors(self.vector.comm, self.system.symmetric)
+        factors.factorise(self.tangent.matrix)
+        factors.forget()
 
     def critical_mode(self) -> tuple[float, Floats] | None:
         """Lowest eigenvalue in N/m of the tangent at the present displacement, and its mode at this rank's local nodes.
@@ -174,6 +176,12 @@ class Newton:
         solver.getPC().setPythonContext(self.linear)
         snes.setFromOptions()
         return snes
+
+    def _factors(self) -> Factors:
+        comm, symmetric = self.vector.comm, self.system.symmetric
+        if self.settings.factors == "layers":
+            return LayerFactors(comm, symmetric, self.system.packs, self.vector.getOwnershipRange()[0])
+        return DirectFactors(comm, symmetric)
 
     @property
     def _in_trust_region(self) -> bool:

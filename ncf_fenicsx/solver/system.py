@@ -107,6 +107,10 @@ class System(Protocol):
         """Compiled bilinear form."""
 
     @property
+    def packs(self) -> Integers:
+        """Pack of layers that share nodes, of each owned node, 0 at the bottom."""
+
+    @property
     def force_floor(self) -> float:
         """Norm of the forces in N that round-off leaves unbalanced."""
 

@@ -1,0 +1,62 @@
+"""Factors of a whole matrix: MUMPS's LDL^T or LU."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+SPARE = 60
+"""Per cent of spare workspace (ICNTL(14)): pivoting of an indefinite tangent needs it."""
+NEGATIVE_PIVOTS = 12
+"""Where MUMPS tells their number: INFOG(12)."""
+
+
+class DirectFactors:
+    """Factors of a matrix, exact to round-off.
+
+    Args:
+        comm: ranks that share the matrix.
+        symmetric: LDL^T if so, else LU.
+        prefix: of PETSc's options.
+
+    Attributes:
+        preconditioner: PETSc's, that applies them.
+    """
+
+    exact = True
+
+    def __init__(self, comm: Any, symmetric: bool, prefix: str = "ncf_") -> None:
+        PETSc.Options()[f"{prefix}mat_mumps_icntl_14"] = SPARE
+        self._solver = PETSc.KSP().create(comm)
+        self._solver.setOptionsPrefix(prefix)
+        self._solver.setType("preonly")
+        self.preconditioner = self._solver.getPC()
+        self.preconditioner.setType("cholesky" if symmetric else "lu")
+        self.preconditioner.setFactorSolverType("mumps")
+        self._solver.setFromOptions()
+
+    def factorise(self, matrix: Any) -> int:
+        """Factors of a matrix; PETSc's reason why there are none, 0 if there are."""
+        self.preconditioner.setReusePreconditioner(False)
+        self._solver.setOperators(matrix)
+        self._solver.setUp()
+        failed: int = self.preconditioner.getFailedReason()
+        return failed
+
+    def keep(self) -> None:
+        """Keep the factors, whatever becomes of the matrix."""
+        self.preconditioner.setReusePreconditioner(True)
+
+    def solve(self, b: Any, x: Any) -> None:
+        """Solve for x with the factors at hand."""
+        self._solver.solve(b, x)
+
+    def forget(self) -> None:
+        """Forget all, the order of elimination included."""
+        self._solver.reset()
+
+    @property
+    def negative_pivots(self) -> int:
+        """As many as the matrix has negative eigenvalues, with LDL^T."""
+        return int(self.preconditioner.getFactorMatrix().getMumpsInfog(NEGATIVE_PIVOTS))

@@ -1,0 +1,106 @@
+"""Factors of the parts of a stack: all heights together, and each layer by itself.
+
+What couples layers are contact forces, which act on heights; what makes a layer stiff are its fibres, which act within
+it. So an approximate solution first lets all heights of the stack follow the load, then each layer in turn, from the
+bottom up, all of its displacements. GMRES makes it exact. A layer of one element has a fourth of the unknowns of four
+layers, and the factors of a column of elements grow with the square of its unknowns: for four layers the parts take
+about a third of the memory of factors of the whole, and a tenth of the work.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from ncf_fenicsx.solver.direct_factors import DirectFactors
+
+
+class LayerFactors:
+    """An approximate inverse of a stack's tangent.
+
+    Args:
+        comm: ranks that share the tangent.
+        symmetric: LDL^T if so, else LU.
+        packs: layer of each of this rank's owned nodes; layers that share nodes count as one.
+        first: global number of its first dof.
+
+    Attributes:
+        preconditioner: PETSc's, that applies them.
+    """
+
+    exact = False
+
+    def __init__(self, comm: Any, symmetric: bool, packs: NDArray[np.int64], first: int) -> None:
+        highest = max(comm.tompi4py().allgather(int(packs.max(initial=0))))
+        dofs = first + np.arange(3 * len(packs)).reshape(-1, 3)
+
+        def part(numbers: NDArray[np.int64]) -> Any:
+            return PETSc.IS().createGeneral(numbers.ravel().astype(PETSc.IntType), comm)
+
+        self._heights, self._layers = part(dofs[:, 2]), [part(dofs[packs == pack]) for pack in range(highest + 1)]
+        self._parts = [self._heights, *self._layers]
+        self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._parts]
+        self._matrix: Any = None
+        self._drop_blocks()
+        self.preconditioner = PETSc.PC().create(comm)
+        self.preconditioner.setType("python")
+        self.preconditioner.setPythonContext(self)
+
+    def _drop_blocks(self) -> None:
+        self._blocks: list[Any] = [None] * len(self._parts)
+        self._links: list[Any] = [None] * (len(self._layers) - 1)
+
+    def factorise(self, matrix: Any) -> int:
+        """Factors of all parts of a matrix; PETSc's reason why there are none, 0 if there are."""
+        self._matrix = matrix
+        self.preconditioner.setOperators(matrix)
+        within, between = (
+            zip(self._parts, self._blocks, strict=True),
+            zip(pairwise(self._layers), self._links, strict=True),
+        )
+        self._blocks = [matrix.createSubMatrix(part, part, block) for part, block in within]
+        self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in between]
+        return max(factors.factorise(block) for factors, block in zip(self._factors, self._blocks, strict=True))
+
+    def keep(self) -> None:
+        """Keep the factors, whatever becomes of the matrix."""
+
+    def forget(self) -> None:
+        """Forget all, the order of elimination included."""
+        for factors in self._factors:
+            factors.forget()
+        self._drop_blocks()
+
+    def apply(self, preconditioner: Any, b: Any, x: Any) -> None:
+        """All heights, then each layer: each follows what the ones before it leave of the load."""
+        del preconditioner
+        residual = b.copy()
+        x.set(0.0)
+        self._follow(self._heights, self._factors[0], residual, x)
+        self._matrix.mult(x, residual)
+        residual.aypx(-1.0, b)
+        below: Any = None
+        for layer, factors, link in zip(self._layers, self._factors[1:], [None, *self._links], strict=True):
+            below = self._follow(layer, factors, residual, x, link, below)
+
+    def _follow(self, part: Any, factors: DirectFactors, b: Any, x: Any, link: Any = None, below: Any = None) -> Any:
+        """Add to x how a part follows the load b, less what the motion of the one below links to it; its motion."""
+        load, total = b.getSubVector(part), x.getSubVector(part)
+        motion = load.duplicate()
+        if link is not None:
+            link.mult(below, motion)
+            load.axpy(-1.0, motion)
+        factors.solve(load, motion)
+        total.axpy(1.0, motion)
+        b.restoreSubVector(part, load)
+        x.restoreSubVector(part, total)
+        return motion
+
+    @property
+    def negative_pivots(self) -> int:
+        """The most of any part, with LDL^T: the whole has at least as many negative eigenvalues."""
+        return max(factors.negative_pivots for factors in self._factors)
