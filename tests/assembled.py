@@ -1,10 +1,12 @@
 """Problems assembled for tests, and what is done with them."""
 
+import json
+
 import numpy as np
 from dolfinx import fem, la
 from mpi4py import MPI
 
-from ncf_fenicsx import Scene
+from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.solver import Newton
@@ -55,6 +57,15 @@ def gradient_error(problem, newton, step):
     error = COMM.allreduce(float(((y.array_r - difference)[free] ** 2).sum()))
     size = COMM.allreduce(float((difference[free] ** 2).sum()))
     return np.sqrt(error / size)
+
+
+def run_with_factors(table, factors, folder):
+    """Last row and record of a run of a roller on two layers."""
+    table["stack"] |= {"size": ["30 mm", "6 mm"], "divisions": [30, 2]}
+    table["solver"] = {"factors": factors}
+    result = run(Scene.from_table(table), folder / factors)
+    assert result.done, result.reason
+    return result.history[-1], json.loads((result.folder / "run.json").read_text("utf-8"))
 
 
 def forces(form):

@@ -1,13 +1,10 @@
 """Factors that are kept: exact where they are new, close where they are old, given up where they do not fit."""
 
-import json
-
 import numpy as np
 import pytest
-from assembled import COMM
+from assembled import COMM, run_with_factors
 from petsc4py import PETSc
 
-from ncf_fenicsx import Scene, run
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.linear_solver import TOLERANCE, LinearSolver
 
@@ -107,17 +104,8 @@ def test_a_singular_tangent_is_told():
     assert chain.error(spring_chain()) < 1e-10
 
 
-def roller(table, factors, folder):
-    """A roller on two layers, and the record of its run."""
-    table["stack"] |= {"size": ["30 mm", "6 mm"], "divisions": [30, 2]}
-    table["solver"] = {"factors": factors}
-    result = run(Scene.from_table(table), folder / factors)
-    assert result.done
-    return result.history[-1], json.loads((result.folder / "run.json").read_text("utf-8"))
-
-
 def test_a_run_with_kept_factors_ends_in_the_same_state(table, folder):
-    kept, new = (roller(table, factors, folder) for factors in ("kept", "new"))
+    kept, new = (run_with_factors(table, factors, folder) for factors in ("kept", "new"))
     for name in ("tool_force", "vf_max", "vf_mean", "void_volume_1"):
         assert kept[0][name] == pytest.approx(new[0][name], rel=1e-4), name
     assert kept[1]["factorisations"] < 0.7 * new[1]["factorisations"]

@@ -56,3 +56,17 @@ def test_a_finer_mesh_has_a_smaller_estimate(table, folder):
         result = run(Scene.from_table(table | {"stack": stack}), folder / str(finer))
         estimates.append(result.history[-1]["vf_error"])
     assert 0.02 < estimates[2] < estimates[1] < estimates[0] < 0.3
+
+
+def test_outer_faces_are_reached_by_a_parabola_and_nothing_else():
+    """Cell means of z^2 through the layers give it exactly at the bottom and the top, and smoothed means between."""
+    scene = Scene.from_table({"duration": "1 s", "stack": {"layers": 4, "divisions": [3, 2], "grading": [0, 0]}})
+    mesh = build_mesh(scene, COMM)
+    scalars = fem.functionspace(mesh.mesh, ("Lagrange", 1))
+    cells, top = len(mesh.layer), 4 * scene.stack.thickness
+    z = scalars.tabulate_dof_coordinates()[scalars.dofmap.list[:cells]][:, :, 2]
+    low, high = z.min(axis=1), z.max(axis=1)
+    smooth = Recovery(scalars, np.ptp(z, axis=1))._smooth((high**3 - low**3) / (3 * (high - low)))
+    outer = (z < 1e-9) | (z > top - 1e-9)
+    assert np.abs(smooth - z**2)[outer].max(initial=0.0) < 1e-12 * top**2
+    assert np.abs(smooth - z**2)[~outer].min(initial=1.0) > 0.01 * scene.stack.thickness**2

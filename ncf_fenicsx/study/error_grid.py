@@ -15,6 +15,7 @@ from ncf_fenicsx.units import PenaltyStiffness
 
 TOGETHER = "all refined together"
 IN_PLANE = (0.25, 0.5, 1.0, 2.0, 4.0)
+SQUARES = (0.5, 1.0, 2.0, 4.0)
 THROUGH = (1, 2, 3, 4)
 STEPS = (2, 4, 8, 16, 32, 64)
 PENALTIES = (0.01, 0.1, 1.0, 10.0, 100.0)
@@ -97,6 +98,12 @@ class Variants:
         x, y = (max(round(count * by), 1) for count, by in zip(self._divisions, (factor, across), strict=True))
         return (f"stack.divisions=[{x}, {y}]",)
 
+    def _squares(self, factor: float) -> tuple[str, ...]:
+        """As many elements along x as the scene has by a factor, all of them equal squares."""
+        length, width = self.scene.stack.size
+        x = max(round(self._divisions[0] * factor), 1)
+        return f"stack.divisions=[{x}, {max(round(x * width / length), 1)}]", "stack.grading=[0, 0]"
+
     def _steps(self, count: float) -> tuple[str, ...]:
         size = self._duration / count
         return f"solver.first_step={size!r} s", f"solver.largest_step={size!r} s", "solver.max_steps=100000"
@@ -139,6 +146,8 @@ class Variants:
     def _meshes(self) -> Iterator[Variant]:
         for factor in IN_PLANE:
             yield Variant("mesh in the plane", f"{factor:g}", self._mesh(factor))
+        for factor in SQUARES:
+            yield Variant("even squares", f"{factor:g}", self._squares(factor))
         for through in THROUGH if self._has_through else ():
             yield Variant("elements through a layer", str(through), (f"stack.through={through}",))
         if self._is_long:
@@ -164,6 +173,8 @@ class Variants:
             yield Variant("Newton's tolerance", f"{force:g}", texts)
         for name, text in NEWTONS.items():
             yield Variant("Newton's method", name, (text,))
+        if any(isinstance(way, OneSided) for way in self.scene.interfaces):
+            yield Variant("Newton's method", "factors of layers", ("solver.factors=layers",))
 
     def _others(self) -> Iterator[Variant]:
         for ranks in range(1, (os.cpu_count() or 1) + 1):

@@ -1,0 +1,90 @@
+"""Factors of each layer and of all heights: a good guess of the inverse, made exact; stability told from below."""
+
+import numpy as np
+import pytest
+from assembled import assign, build, bumpy, run_with_factors
+
+from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.solver.direct_factors import DirectFactors
+from ncf_fenicsx.solver.layer_factors import LayerFactors
+from ncf_fenicsx.solver.linear_solver import LinearSolver
+
+WAYS = {
+    "open interfaces": {},
+    "stitches": {"interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.1}},
+    "friction": {"interface": {"friction": {"coefficient": 0.3}}},
+    "layers of other meshes": {"stack": {"divisions": [[6, 2], [8, 3]]}},
+    "a bonded pair": {"stack": {"layers": 3}, "interface": [{"kind": "bonded"}, {"kind": "one_sided"}]},
+    "several elements through each": {"stack": {"through": 2}},
+}
+
+
+def scene_table(table, change):
+    return table | change | {"stack": table["stack"] | change.get("stack", {})}
+
+
+def layer_factors(newton):
+    system, (first, _) = newton.system, newton.vector.getOwnershipRange()
+    return LayerFactors(newton.vector.comm, system.symmetric, system.packs, first)
+
+
+def tangent_of(table):
+    """The tangent where some of the layers touch, and a load whose solution is known."""
+    problem, newton = build(table)
+    assign(problem, bumpy)
+    matrix = newton.tangent.assemble()
+    wanted, load = newton.unknown.duplicate(), newton.unknown.duplicate()
+    wanted.array[:] = problem.displacement.x.array[: wanted.getLocalSize()]
+    wanted.array[newton._held] = 0.0
+    matrix.mult(wanted, load)
+    return newton, matrix, wanted, load
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_few_krylov_steps_solve_for_a_motion_of_the_stack(table, way):
+    newton, matrix, wanted, load = tangent_of(scene_table(table, WAYS[way]))
+    linear, found = LinearSolver(layer_factors(newton), keeps=False), load.duplicate()
+    assert linear.factorise(matrix) == 0
+    assert linear._iterate(matrix, load, found)
+    found.axpy(-1.0, wanted)
+    assert found.norm() < 0.01 * wanted.norm()
+    assert 0 < linear.krylov_steps <= 60
+
+
+@pytest.mark.parametrize("strain", [0.0, 1e-3])
+def test_pivots_of_the_parts_tell_of_a_loss_of_stability_and_are_no_more_than_the_whole_has(strain):
+    """Two sheets on weak ground, stable at rest, their ends pressed towards each other."""
+    problem, newton = build(
+        {
+            "stack": {"layers": 2, "size": ["24 mm", "2 mm"], "divisions": [24, 1], "grading": [0, 0]},
+            "laws": {"in_plane": {"modulus": "1e9 Pa"}, "bending": {"modulus": "1 Pa"}, "shear": {"modulus": "1e5 Pa"}},
+            "duration": "1 s",
+        }
+    )
+    assign(problem, lambda x: np.stack([-strain * x[0], 0 * x[0], -1e-7 * x[2]]))
+    matrix, parts, whole = newton.tangent.assemble(), layer_factors(newton), DirectFactors(newton.vector.comm, True)
+    assert parts.factorise(matrix) == whole.factorise(matrix) == 0
+    assert parts.negative_pivots <= whole.negative_pivots
+    assert (parts.negative_pivots > 0) == (whole.negative_pivots > 0) == (strain > 0)
+
+
+def test_parts_of_a_singular_tangent_are_told(table):
+    newton, matrix, _, _ = tangent_of(table)
+    matrix.zeroEntries()
+    assert LinearSolver(layer_factors(newton), keeps=False).factorise(matrix) != 0
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_run_ends_in_the_same_state(table, folder, force):
+    if force:
+        table["tool"]["path"] = [{"hold": "10 s", "force": "0.1 N"}]
+    parts, whole = (run_with_factors(table, factors, folder) for factors in ("layers", "new"))
+    for name in ("tool_force", "vf_max", "vf_mean", "void_volume_1"):
+        assert parts[0][name] == pytest.approx(whole[0][name], rel=1e-4), name
+    assert parts[1]["krylov_steps"] > 0 == whole[1]["krylov_steps"]
+    assert parts[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=5)
+
+
+def test_a_stack_that_cannot_part_is_refused(table):
+    with pytest.raises(SceneError, match=r"solver\.factors.*layers that may part"):
+        Scene.from_table(table | {"interface": {"kind": "bonded"}, "solver": {"factors": "layers"}})
