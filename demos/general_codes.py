@@ -67,6 +67,12 @@ FINE = {"divisions": [160, 4], "through": [4, 6, 10, 20], "grading": [0.6, 0.0]}
 QUARTERS = 4
 
 
+def coarser(mesh: dict[str, Any], by: int) -> dict[str, Any]:
+    """A mesh with fewer elements each way."""
+    counts = {key: [max(count // by, 1) for count in mesh[key]] for key in ("divisions", "through") if key in mesh}
+    return mesh | counts
+
+
 def this_program(mesh: dict[str, Any], ranks: int, folder: Path) -> dict[str, float]:
     """Run the block with a mesh; force on the quarter in N, iterations, seconds and MB."""
     layers = len(mesh["through"])
@@ -101,14 +107,16 @@ def this_program(mesh: dict[str, Any], ranks: int, folder: Path) -> dict[str, fl
     }
 
 
-def other(program: str, script: str, folder: Path) -> dict[str, float]:
+def other(program: str, script: str, block: dict[str, Any], folder: Path) -> dict[str, float]:
     """Run another code's script with the block; the same figures."""
     folder.mkdir(parents=True, exist_ok=True)
-    block, out = folder / "block.json", folder / "other.json"
-    block.write_text(json.dumps(BLOCK), encoding="utf-8")
+    given, out = folder / "block.json", folder / "other.json"
+    modulus, poisson = block["modulus"], block["poisson"]
+    moduli = {"shear_modulus": modulus / (2 * (1 + poisson)), "bulk_modulus": modulus / (3 * (1 - 2 * poisson))}
+    given.write_text(json.dumps(block | moduli), encoding="utf-8")
     start = time.perf_counter()
     with out.open("w") as file:
-        process = subprocess.Popen([program, str(HERE / script), str(block)], stdout=file)
+        process = subprocess.Popen([program, str(HERE / script), str(given)], stdout=file)
         _, status, usage = os.wait4(process.pid, 0)
     if status:
         raise SystemExit(f"{script} failed")
@@ -142,19 +150,14 @@ def options() -> argparse.ArgumentParser:
 def main() -> None:
     """Run all, print the table."""
     chosen = options().parse_args()
-    coarser = lambda numbers: [max(n // chosen.coarse, 1) for n in numbers]  # noqa: E731
-    BLOCK["divisions"] = coarser(BLOCK["divisions"])
-    meshes = {
-        name: mesh | {"divisions": coarser(mesh["divisions"]), "through": coarser(mesh["through"])}
-        for name, mesh in {"same mesh": SAME, "own mesh": OWN, "reference": FINE}.items()
-    }
-    runs: dict[str, dict[str, float]] = {}
+    block, runs = coarser(BLOCK, chosen.coarse), {}
     if chosen.felupe:
-        runs["FElupe"] = other(chosen.felupe, "general_codes_felupe.py", chosen.out / "felupe")
+        runs["FElupe"] = other(chosen.felupe, "general_codes_felupe.py", block, chosen.out / "felupe")
     if shutil.which("ccx"):
-        runs["CalculiX"] = other(sys.executable, "general_codes_calculix.py", chosen.out / "calculix")
-    for name, mesh in meshes.items():
-        runs[f"ncf_fenicsx, {name}"] = this_program(mesh, chosen.ranks, chosen.out / name.replace(" ", "_"))
+        runs["CalculiX"] = other(sys.executable, "general_codes_calculix.py", block, chosen.out / "calculix")
+    for name, mesh in {"same mesh": SAME, "own mesh": OWN, "reference": FINE}.items():
+        folder = chosen.out / name.replace(" ", "_")
+        runs[f"ncf_fenicsx, {name}"] = this_program(coarser(mesh, chosen.coarse), chosen.ranks, folder)
     print(f"{platform.machine()}, {os.cpu_count()} cores\n")
     print(table(runs, runs["ncf_fenicsx, reference"]["force"]))
 
