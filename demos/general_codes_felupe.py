@@ -54,7 +54,7 @@ def press(block: dict) -> dict:
         )
         solution = result.x
         iterations += result.iterations
-    force = np.asarray(result.fun.todense()).ravel()[3 * centre + 2]
+    force = np.asarray(result.fun).ravel()[3 * centre + 2]
     return {"force": abs(float(force)), "iterations": iterations}
 
 
