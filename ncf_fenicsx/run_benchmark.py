@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from mpi4py import MPI
@@ -15,6 +16,7 @@ from ncf_fenicsx.report import read_record
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation import Simulation
 
+REPEATS = 3
 BARE = {"picture": False, "fields_every": 1_000_000, "checkpoint_interval": 1e9}
 
 
@@ -36,6 +38,7 @@ def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:
         result = simulation.run()
         seconds = time.perf_counter() - start
         assembly, factorisation = _unit(simulation)  # at the end: the run's peak of memory is its own
+        pieces = _pieces(simulation)
         record = on_root(comm, lambda: read_record(folder))
     finally:
         on_root(comm, lambda: shutil.rmtree(folder))
@@ -52,6 +55,7 @@ def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:
         "force at the end": f"{last.get('tool_force', 0.0):.4g} N",
     }
     rows |= {f"of it {phase}": f"{100 * value / seconds:.1f} %" for phase, value in record["seconds"].items() if value}
+    rows |= {f"one {piece}": f"{1e3 * value:.3g} ms" for piece, value in pieces.items()}
     lines = [f"{scene.title}; {machine()}", "", "| what | measured |", "|---|---|"]
     return "\n".join([*lines, *(f"| {what} | {value} |" for what, value in rows.items())])
 
@@ -59,11 +63,19 @@ def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:
 def _unit(simulation: Simulation) -> tuple[float, float]:
     """Seconds of one assembly and of one factorisation of the whole that knows nothing before."""
     newton, comm = simulation.newton, simulation.comm
-    seconds = []
-    for work in (newton.tangent.assemble, newton.factorise):
-        comm.barrier()
-        start = time.perf_counter()
-        work()
-        comm.barrier()
-        seconds.append(time.perf_counter() - start)
-    return seconds[0], seconds[1]
+    return _seconds(newton.tangent.assemble, comm), _seconds(newton.factorise, comm)
+
+
+def _pieces(simulation: Simulation) -> dict[str, float]:
+    """Least seconds of what the run's iterations and steps consist of."""
+    pieces = simulation.newton.pieces | {"pairing of layers": simulation.problem.contacts.update}
+    return {name: min(_seconds(work, simulation.comm) for _ in range(REPEATS)) for name, work in pieces.items()}
+
+
+def _seconds(work: Callable[[], object], comm: MPI.Comm) -> float:
+    """Wall time on all ranks."""
+    comm.barrier()
+    start = time.perf_counter()
+    work()
+    comm.barrier()
+    return time.perf_counter() - start

@@ -18,6 +18,11 @@ def pytest_collection_modifyitems(items):
                 item.add_marker(pytest.mark.skip(reason="for one rank"))
 
 
+def pytest_xdist_auto_num_workers():
+    """Tests on several ranks keep all cores busy as it is; else a process for each core."""
+    return 0 if COMM.size > 1 else None
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
     """One report for all ranks, from rank 0."""

@@ -20,5 +20,7 @@ def test_a_run_is_weighed(table, monkeypatch, folder):
     assert seconds > 0
     assert ratio > 1
     assert float(found["of it assembly"].rstrip(" %")) > 0
+    for piece in ("tangent", "residual", "factors", "solution with factors", "pairing of layers"):
+        assert float(found[f"one {piece}"].removesuffix(" ms")) > 0
     MPI.COMM_WORLD.barrier()
     assert not [path for path in Path(folder).iterdir() if path.is_dir()]

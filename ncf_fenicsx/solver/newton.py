@@ -127,6 +127,18 @@ class Newton:
         factors.factorise(self.tangent.matrix)
         factors.forget()
 
+    @property
+    def pieces(self) -> dict[str, Callable[[], object]]:
+        """What an iteration consists of, to be timed one by one."""
+        linear, load, solution = self.linear, self.vector.duplicate(), self.vector.duplicate()
+        load.set(1.0)
+        return {
+            "tangent": self.tangent.assemble,
+            "residual": self.evaluate_residual,
+            "factors": lambda: linear.factorise(self.tangent.matrix),
+            "solution with factors": lambda: linear.factors.preconditioner.apply(load, solution),
+        }
+
     def critical_mode(self) -> tuple[float, Floats] | None:
         """Lowest eigenvalue in N/m of the tangent at the present displacement, and its mode at this rank's local nodes.
 
