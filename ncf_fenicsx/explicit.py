@@ -12,10 +12,9 @@ from mpi4py import MPI
 from ncf_fenicsx.central_differences import CentralDifferences
 from ncf_fenicsx.interruption import Interruption
 from ncf_fenicsx.measures import Measures
-from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.outputs import Results, check_folder, prepare_folder
+from ncf_fenicsx.opening import open_problem
+from ncf_fenicsx.outputs import Results, prepare_folder
 from ncf_fenicsx.parallel import on_root
-from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
 from ncf_fenicsx.report import draw_summary
 from ncf_fenicsx.run_record import Result, record
@@ -73,14 +72,8 @@ class ExplicitRun:
         self.scene, self.settings, self.comm, self.phases = scene, settings, comm, Phases()
         self.duration = scene.milestones[-1]
         self.progress, self.interruption = Progress(self.duration, comm), Interruption(comm)
-        with self.phases("mesh"):
-            stack = build_mesh(scene, comm)
-        on_root(comm, lambda: check_folder(folder, overwrite))
-        for caution in (*scene.cautions, *stack.cautions):
-            self.progress.note(f"caution: {caution}")
+        self.problem = open_problem(scene, folder, overwrite, comm, self.progress, self.phases)
         with self.phases("forms"):
-            self.problem = Problem(scene, stack)
-            self.problem.contacts.check_start()
             self.measures = Measures(self.problem)
             self.differences = CentralDifferences(self.problem, settings, self.interruption.reason)
         on_root(comm, lambda: prepare_folder(folder))

@@ -11,10 +11,9 @@ from ncf_fenicsx.checkpoint import NAME, Checkpoint
 from ncf_fenicsx.interruption import Interruption
 from ncf_fenicsx.loss_of_stability import LossOfStability
 from ncf_fenicsx.measures import Measures
-from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.outputs import Results, check_folder, check_restart, prepare_folder
+from ncf_fenicsx.opening import open_problem
+from ncf_fenicsx.outputs import Results, check_restart, prepare_folder
 from ncf_fenicsx.parallel import on_root
-from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.progress import Progress
 from ncf_fenicsx.report import draw_summary
 from ncf_fenicsx.run_record import Result, record, tolerances
@@ -60,15 +59,8 @@ class Simulation:
         self._restarts = restart and on_root(comm, (folder / NAME).is_file)
         if restart and not self._restarts:
             on_root(comm, lambda: check_restart(folder))
-        with self.phases("mesh"):
-            stack = build_mesh(scene, comm)
-        on_root(comm, lambda: check_folder(folder, overwrite or restart))
-        for caution in (*scene.cautions, *stack.cautions):
-            self.progress.note(f"caution: {caution}")
-        self.progress.note("compiling forms: seconds the first time, none after")
+        self.problem = open_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
         with self.phases("forms"):
-            self.problem = Problem(scene, stack)
-            self.problem.contacts.check_start()
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases, self._why_end)
             self.steadying = Steadying.of_scene(scene, self.control.first)

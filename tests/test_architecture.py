@@ -30,7 +30,7 @@ ORDER = (
     ("solver", "stepping", "steadying", "contact_measures", "energies", "stable_step"),
     ("measures", "sections", "checkpoint", "run_record", "step_solver", "central_differences"),
     ("outputs", "progress", "report", "reference", "preview", "settling", "curves"),
-    ("loss_of_stability", "comparison"),
+    ("loss_of_stability", "comparison", "opening"),
     ("simulation", "explicit", "benchmark"),
     ("run_benchmark",),
     ("study",),
