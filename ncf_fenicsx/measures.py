@@ -39,7 +39,8 @@ COLUMNS = {
     **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
     "negative_pivots": (
         "1",
-        "of the tangent at the end of the step: 0 is stable; where it is symmetric. With factors of layers the most of any part",
+        "of the tangent at the end of the step: 0 is stable; where it is symmetric. "
+        "With factors of layers the most of any part",
     ),
     "newton_iterations": ("1", "Newton iterations of the step"),
     "step_cuts": ("1", "attempts at the step that failed before"),
