@@ -67,9 +67,10 @@ class LinearSolver:
 
     def __init__(self, factors: Factors, keeps: bool) -> None:
         self.factors, self.keeps, self.factorisations, self.krylov_steps = factors, keeps, 0, 0
+        self._tolerance, self._most = (TOLERANCE, MOST) if factors.exact else (FINER, MOST_OF_NEW)
         self._krylov = PETSc.KSP().create(factors.preconditioner.comm)
         self._krylov.setType("gmres")
-        self._krylov.setGMRESRestart(MOST if factors.exact else MOST_OF_NEW)
+        self._krylov.setGMRESRestart(self._most)
         self._krylov.setConvergenceTest(self._judge)
         self._krylov.setPC(factors.preconditioner)
         self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = False
@@ -125,10 +126,9 @@ class LinearSolver:
         """Whether GMRES has converged, given the norm in m of the residual with the factors applied to it."""
         reasons = PETSc.KSP.ConvergedReason
         krylov.buildSolution(self._correction)
-        tolerance, most = (TOLERANCE, MOST) if self.factors.exact else (FINER, MOST_OF_NEW)
-        if norm <= tolerance * self._correction.norm():
+        if norm <= self._tolerance * self._correction.norm():
             return reasons.CONVERGED_RTOL
-        return reasons.DIVERGED_MAX_IT if step >= most else reasons.ITERATING
+        return reasons.DIVERGED_MAX_IT if step >= self._most else reasons.ITERATING
 
     def _iterate(self, matrix: Any, b: Any, x: Any) -> bool:
         """Whether GMRES converges fast with the factors at hand."""
