@@ -14,7 +14,7 @@ import basix.ufl
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import cpp, fem
+from dolfinx import cpp, fem, la
 from mpi4py import MPI
 
 from ncf_fenicsx.machine import vector_flags
@@ -34,6 +34,41 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray
 
     element = basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,))
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=points, e=ufl.Mesh(element), partitioner=partitioner)
+
+
+def nodal_space(mesh: Any, element: Any, has_bare_entities: bool) -> Any:
+    """Space of a continuous element whose values stand at nodes.
+
+    DOLFINx allots nodes to all edges or faces as soon as some of them bear one; those in no cell are left out.
+    """
+    space = fem.functionspace(mesh, element)
+    return _without_unused_nodes(space) if has_bare_entities else space
+
+
+def _without_unused_nodes(space: Any) -> Any:
+    dofmap, every = space.dofmap, space.dofmap.index_map
+    uses = la.vector(every, dtype=np.float64)
+    uses.array[dofmap.list.ravel()] = 1.0
+    uses.scatter_reverse(la.InsertMode.add)
+    owned = uses.array[: every.size_local] > 0
+    size = int(owned.sum())
+    start = every.comm.exscan(size) or 0
+    numbers = la.vector(every, dtype=np.float64)  # global ones, exact as such up to 2^53
+    numbers.array[: every.size_local] = start + np.cumsum(owned) - 1
+    numbers.scatter_forward()
+    ghosts = np.setdiff1d(dofmap.list, np.arange(every.size_local))
+    places = ghosts - every.size_local
+    index_map = cpp.common.IndexMap(
+        every.comm, size, numbers.array[ghosts].astype(np.int64), every.owners[places].astype(np.int32)
+    )
+    local = np.cumsum(owned) - 1
+    renumbered = np.concatenate([local, np.zeros(every.num_ghosts, dtype=np.int64)])
+    renumbered[ghosts] = size + np.arange(len(ghosts))
+    cells = cpp.graph.AdjacencyList_int32(renumbered[dofmap.list].astype(np.int32))
+    compact = cpp.fem.DofMap(dofmap.dof_layout, index_map, dofmap.index_map_bs, cells, dofmap.bs)
+    plain = space._cpp_object
+    slim = type(plain)(space.mesh._cpp_object, plain.element, compact, list(space.value_shape))
+    return fem.FunctionSpace(space.mesh, space.ufl_element(), slim)
 
 
 def interpolation_points(element: Any) -> np.ndarray:

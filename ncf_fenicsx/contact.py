@@ -16,8 +16,6 @@ from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.parts import Part, Settings, parameter
 from ncf_fenicsx.units import Penalty
 
-AT_NODES = {"quadrature_rule": "vertex", "quadrature_degree": 1}
-"""Contact acts at nodes, each with its share of the reference area."""
 TOUCHING = 1e-15
 """Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their places."""
 

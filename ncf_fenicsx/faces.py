@@ -10,8 +10,7 @@ from dolfinx import fem, la
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
-from ncf_fenicsx.contact import AT_NODES
-from ncf_fenicsx.hexahedra import FACES
+from ncf_fenicsx.elements import Element, sub_quads
 from ncf_fenicsx.kinematics import Expression
 
 Floats = NDArray[np.float64]
@@ -22,17 +21,18 @@ class NodalSpaces:
     """Fields with values at the nodes of a mesh, the same node bearing the same number in both spaces.
 
     Args:
-        vectors: P1 space of displacements.
+        vectors: space of displacements.
+        element: of their components.
 
     Attributes:
-        scalars: P1 space of scalars.
+        scalars: the same of scalars.
         owned: number of nodes that this rank owns, the first ones.
         numbers: global number of each local node.
     """
 
-    def __init__(self, vectors: Any) -> None:
-        self.vectors, self.mesh = vectors, vectors.mesh
-        self.scalars = fem.functionspace(self.mesh, ("Lagrange", 1))
+    def __init__(self, vectors: Any, element: Element) -> None:
+        self.vectors, self.mesh, self.element = vectors, vectors.mesh, element
+        self.scalars = compat.nodal_space(self.mesh, element.basix(), element.has_bare_entities)
         assert np.array_equal(self.scalars.dofmap.list, vectors.dofmap.list)
         index_map = vectors.dofmap.index_map
         self.owned = index_map.size_local
@@ -70,7 +70,7 @@ class Face:
 
     def __init__(self, spaces: NodalSpaces, facet_tags: Any, tags: tuple[int, ...]) -> None:
         self.spaces = spaces
-        ds = ufl.Measure("ds", domain=spaces.mesh, subdomain_data=facet_tags, metadata=AT_NODES)
+        ds = ufl.Measure("ds", domain=spaces.mesh, subdomain_data=facet_tags, metadata=spaces.element.face_rule)
         self.measure = ds(tags)
         self.facets = np.sort(np.concatenate([facet_tags.find(tag) for tag in tags])).astype(np.int32)
         self.area = self.assembled(self.density(fem.Constant(spaces.mesh, 1.0)))
@@ -102,7 +102,7 @@ class Face:
 
 
 class SharedFace:
-    """Quadrilaterals of a face, known on every rank.
+    """Elements of a face, known on every rank.
 
     Args:
         spaces: nodal spaces of the mesh.
@@ -110,7 +110,8 @@ class SharedFace:
 
     Attributes:
         numbers: global numbers of the face's nodes, ascending, shape (nodes,).
-        quads: nodes of each quadrilateral in tensor order, counted along ``numbers``, shape (quads, 4).
+        elements: nodes of each element's face, x fastest, counted along ``numbers``, shape (elements, 4 or 9).
+        quads: quadrilaterals between neighbouring nodes, shape (quads, 4).
         local: this rank's local nodes of the face, ghosts included.
         place_of_local: where each of them stands in ``numbers``.
     """
@@ -119,7 +120,8 @@ class SharedFace:
         self.comm = spaces.mesh.comm
         everywhere = np.concatenate(self.comm.allgather(spaces.numbers[_facet_nodes(spaces, facets)]))
         self.numbers, compact = np.unique(everywhere, return_inverse=True)
-        self.quads: Integers = compact.reshape(-1, 4)
+        self.elements: Integers = compact.reshape(everywhere.shape)
+        self.quads: Integers = sub_quads(self.elements)
         self.local = np.flatnonzero(np.isin(spaces.numbers, self.numbers))
         self.place_of_local = np.searchsorted(self.numbers, spaces.numbers[self.local])
         self._mine = self.local < spaces.owned
@@ -135,13 +137,13 @@ class SharedFace:
 
 
 def _facet_nodes(spaces: NodalSpaces, facets: Any) -> Integers:
-    """Local nodes of facets in tensor order, shape (facets, 4)."""
+    """Local nodes of facets, x fastest, shape (facets, nodes)."""
     topology = spaces.mesh.topology
     topology.create_connectivity(2, 3)
     topology.create_connectivity(3, 2)
     cells = np.array([topology.connectivity(2, 3).links(facet)[0] for facet in facets], dtype=np.int64)
     around = topology.connectivity(3, 2).array.reshape(-1, 6)[cells]
     face = np.argmax(around == np.asarray(facets)[:, None], axis=1) if len(cells) else cells
-    corners = spaces.vectors.dofmap.list[cells]
-    nodes: Integers = np.take_along_axis(corners, FACES[face], axis=1).astype(np.int64)
+    around_cell = spaces.vectors.dofmap.list[cells]
+    nodes: Integers = np.take_along_axis(around_cell, spaces.element.faces[face], axis=1).astype(np.int64)
     return nodes

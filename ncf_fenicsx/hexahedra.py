@@ -208,6 +208,20 @@ def check_cells(stack: Hexahedra) -> None:
         raise SceneError(f"mesh: cell {bad[0]} at {where} is {what}; expected hexahedra with positive volume")
 
 
+def between(stack: Hexahedra, vertices: Integers) -> Integers:
+    """A number for every node of every cell, the same for one that cells share; shape (cells, nodes).
+
+    Args:
+        stack: the cells.
+        vertices: of a cell, in the middle of which each node stands, shape (nodes, 4).
+    """
+    if len(vertices) == stack.cells.shape[1]:
+        return stack.cells
+    around = np.sort(stack.cells[:, vertices], axis=2)
+    _, number = np.unique(around.reshape(-1, 4), axis=0, return_inverse=True)
+    return number.reshape(len(stack.cells), -1)
+
+
 def columns(stack: Hexahedra, parts: int) -> Integers:
     """Part of each cell: whole columns of cells over each other, about equally many cells in each part."""
     centres = stack.points[stack.cells].mean(axis=1)

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat, hexahedra
+from ncf_fenicsx.elements import Element
 from ncf_fenicsx.gmsh_file import read_gmsh
 from ncf_fenicsx.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.parallel import on_root
@@ -27,6 +28,8 @@ class StackMesh:
 
     Attributes:
         mesh: DOLFINx mesh; whole columns of cells stand on one rank, and there are no ghost cells.
+        element: of the displacement.
+        numbers: number of each node of each local cell before the mesh was shared out among ranks, (cells, nodes).
         layer: layer of each local cell, 0 at the bottom.
         facet_tags: DOLFINx tags of the facets, numbered as in ``TAGS``.
         open_interfaces: layers (0 at the bottom) that meet the next one without sharing nodes.
@@ -37,6 +40,8 @@ class StackMesh:
     """
 
     mesh: Any
+    element: Element
+    numbers: Integers
     layer: Integers
     facet_tags: Any
     open_interfaces: list[int]
@@ -52,14 +57,14 @@ class StackMesh:
         return numbers
 
     def node_numbers(self, space: Any) -> Integers:
-        """Number of each local node of a P1 space before the mesh was shared out among ranks."""
+        """Number of each local node of a nodal space before the mesh was shared out among ranks."""
         index_map = space.dofmap.index_map
         numbers = np.empty(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
-        numbers[space.dofmap.list] = self.mesh.geometry.input_global_indices[self.mesh.geometry.dofmap]
+        numbers[space.dofmap.list] = self.numbers
         return numbers
 
     def packs(self, space: Any) -> Integers:
-        """Pack of each owned node of a P1 space, 0 at the bottom: layers that share nodes are one."""
+        """Pack of each owned node of a nodal space, 0 at the bottom: layers that share nodes are one."""
         index_map = space.dofmap.index_map
         packs = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
         packs[space.dofmap.list] = np.searchsorted(self.open_interfaces, self.layer)[:, None]
@@ -80,9 +85,11 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
     parts = hexahedra.columns(stack, comm.size)
     held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
     mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts[held])
-    origin = mesh.topology.original_cell_index
+    origin, element = mesh.topology.original_cell_index, Element(scene.stack.order)
     return StackMesh(
         mesh=mesh,
+        element=element,
+        numbers=hexahedra.between(stack, element.vertices)[origin],
         layer=stack.layer[origin],
         facet_tags=_facet_tags(mesh, stack.face_tags[origin]),
         open_interfaces=[k for k, way in enumerate(scene.interfaces) if not isinstance(way, Bonded)],
@@ -107,6 +114,8 @@ def stack_of(scene: Scene) -> Hexahedra:
     _check_thickness(scene.stack, stack)
     if scene.laws.bending is not None:
         _check_mid_planes(scene.stack, stack)
+    if scene.stack.order > 1:
+        _check_third_axes(stack)
     return stack
 
 
@@ -178,6 +187,20 @@ def _check_mid_planes(settings: Stack, stack: Hexahedra) -> None:
         raise SceneError(
             f"mesh: cell {wrong[0]} is {1e3 * height[wrong[0]]:.4g} mm high along its third axis; "
             f"expected one element through each layer of {1e3 * settings.thickness:.4g} mm with laws.bending"
+        )
+
+
+def _check_third_axes(stack: Hexahedra) -> None:
+    """Elements of order 2 are so along their first two axes, which have to be those in the plane of the layers."""
+    corners = stack.points[stack.cells].reshape(-1, 2, 2, 2, 3)
+    edges = np.stack([np.diff(corners, axis=axis).mean(axis=(1, 2, 3)) for axis in (3, 2, 1)], axis=1)
+    slopes = np.abs(edges[:, :, 2]) / np.linalg.norm(edges, axis=2)
+    wrong = np.flatnonzero(np.argmax(slopes, axis=1) != 2)
+    if len(wrong):
+        where = hexahedra.place(stack.points[stack.cells[wrong[0]]].mean(axis=0))
+        raise SceneError(
+            f"mesh: cell {wrong[0]} at {where} lies on its side; "
+            "expected cells with their third axis across the layers with stack.order = 2"
         )
 
 

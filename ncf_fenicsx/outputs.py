@@ -81,8 +81,13 @@ class Results:
         cells = space.dofmap.list[: len(problem.stack.layer)]
         self._owned = space.dofmap.index_map.size_local
         self._points = gather_rows(self.comm, space.tabulate_dof_coordinates()[: self._owned])
-        self._cells = gather_rows(self.comm, to_global(cells.ravel()).reshape(-1, 8))
-        self._layer = gather_rows(self.comm, problem.stack.layer)
+        self._pieces = problem.stack.element.hexahedra
+        self._cells = gather_rows(self.comm, to_global(cells[:, self._pieces].ravel()).reshape(-1, 8))
+        self._layer = gather_rows(self.comm, self._of_pieces(problem.stack.layer))
+
+    def _of_pieces(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values of the pieces that cells are drawn by, from those of the cells."""
+        return np.repeat(values, len(self._pieces))
 
     def text(self, name: str, content: str) -> None:
         """Write a text file."""
@@ -113,7 +118,9 @@ class Results:
         nodes = {"displacement": displacement}
         nodes |= {name: values[: self._owned] for name, values in self.measures.contacts.nodes.items()}
         point_data = {name: gather_rows(self.comm, values) for name, values in nodes.items()}
-        cell_data = {name: gather_rows(self.comm, values) for name, values in self.measures.cells.items()}
+        cell_data = {
+            name: gather_rows(self.comm, self._of_pieces(values)) for name, values in self.measures.cells.items()
+        }
         on_root(self.comm, lambda: self._write_fields(time, point_data, cell_data))
 
     def mode(self, mode: NDArray[np.float64]) -> None:

@@ -82,8 +82,8 @@ class Pairing:
 
     def _weights(self, face: Interface, places: Floats) -> mortar.Weights:
         lower, upper = (side.gather(places)[:, :2] for side in (face.lower, face.upper))
-        mine = face.lower.quads[self.comm.rank :: self.comm.size]
-        parts = self.comm.allgather(mortar.integrals(lower, mine, upper, face.upper.quads, SNAP))
+        mine = face.lower.elements[self.comm.rank :: self.comm.size]
+        parts = self.comm.allgather(mortar.integrals(lower, mine, upper, face.upper.elements, SNAP))
         coupling, covered, whole = (sum(part[1:], start=part[0]) for part in zip(*parts, strict=True))
         weights = _with_nearest(mortar.normalised(coupling, covered, whole), lower, upper)
         here = face.lower.place_of_local

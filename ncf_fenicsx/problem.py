@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-import basix
+import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -15,6 +15,7 @@ from ncf_fenicsx import compat, motion
 from ncf_fenicsx.body import Body
 from ncf_fenicsx.contacts import Contacts
 from ncf_fenicsx.defects import Defects
+from ncf_fenicsx.elements import Element
 from ncf_fenicsx.fabric import Fabric
 from ncf_fenicsx.faces import NodalSpaces
 from ncf_fenicsx.kinematics import Expression
@@ -22,14 +23,13 @@ from ncf_fenicsx.material import Clock, Material, Solid, Volumes
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.state_parts import Place, StatePart, under
-from ncf_fenicsx.states import States, at_corners, at_quadrature_points
+from ncf_fenicsx.states import States, at_nodes, at_volume_points
 from ncf_fenicsx.supports import hold
 from ncf_fenicsx.symbols import FormSymbols
 from ncf_fenicsx.viscosity import Viscosity
 
 Floats = NDArray[np.float64]
 
-QUADRATURE_DEGREE = 2
 CELLS_AT_NODE = 4
 """Cells of a layer that add up their round-off at a node."""
 FOREVER = 1e30
@@ -43,12 +43,12 @@ class Problem:
     iterate for a plain tangent, no state that no law keeps.
 
     Attributes:
-        displacement: trial displacement in m, P1.
+        displacement: trial displacement in m.
         start: displacement in m at the start of the step, the committed one.
         last_iterate: displacement of the Newton iterate before; None unless the tangent extrapolates from it.
         material: the laws, with symbols for their parameters.
         states: committed state fields at quadrature points.
-        face_states: the same at the corners of cells; None unless a contact asks for the layer's own pressure there.
+        face_states: the same at the nodes of cells; None unless a contact asks for the layer's own pressure there.
         contacts: tools, mould and layers on each other.
         viscosity: what steadies the stack in trouble; None before there was any.
         defects: finds what makes a trial state impossible.
@@ -60,16 +60,18 @@ class Problem:
     def __init__(self, scene: Scene, stack: StackMesh) -> None:
         self.scene, self.stack, self.mesh, self.comm = scene, stack, stack.mesh, stack.mesh.comm
         self.length, self.symmetric = scene.stack.thickness, scene.symmetric
-        self.space = fem.functionspace(self.mesh, ("Lagrange", 1, (3,)))
+        element = stack.element
+        components = basix.ufl.blocked_element(element.basix(), shape=(3,))
+        self.space = compat.nodal_space(self.mesh, components, element.has_bare_entities)
         self.displacement, self.start = fem.Function(self.space), fem.Function(self.space)
         extrapolates = scene.solver.tangent == "extrapolated" and scene.laws.solid is None
         self.last_iterate = fem.Function(self.space) if extrapolates else None
         self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
-        self.volumes = _volumes(self.mesh)
+        self.volumes = _volumes(self.mesh, element)
         self.symbols = FormSymbols(self.mesh, stack.layer)
         self.weight_share = self.symbols(1.0)
         self.clock = Clock(self.symbols(0.0), self.symbols(0.0), self.symbols(0.0))
-        self.states = self._states(at_quadrature_points(self.mesh, QUADRATURE_DEGREE))
+        self.states = self._states(at_volume_points(element))
         self.material = self._bind_laws(self.states)
         self.states.follow(self.material.updated_states(self.displacement))
         self.face_states: States | None = None
@@ -79,7 +81,7 @@ class Problem:
         self.terms = self._terms()
         self._compile()
         self.viscosity: Viscosity | None = None
-        self.defects = Defects(stack, self.displacement, _points_of_volumes(), self.states, scene.packing_limit)
+        self.defects = Defects(stack, self.displacement, element.volume_rule[0], self.states, scene.packing_limit)
         self._velocity, self._drift = (np.zeros_like(self.start.x.array) for _ in range(2))
         self._segments = self._segments_at(0.0)
         self._set_time(0.0, 0.0)
@@ -97,7 +99,7 @@ class Problem:
 
     def _body(self) -> Body:
         return Body(
-            spaces=NodalSpaces(self.space),
+            spaces=NodalSpaces(self.space, self.stack.element),
             displacement=self.displacement,
             start=self.start,
             variation=self.variation,
@@ -108,9 +110,9 @@ class Problem:
         )
 
     def _own_pressure(self) -> Expression:
-        """Pressure in Pa, per reference area, that the stress of a layer has on its faces, evaluated at corners."""
+        """Pressure in Pa, per reference area, that the stress of a layer has on its faces, evaluated at nodes."""
         if self.face_states is None:
-            self.face_states = self._states(at_corners(self.mesh))
+            self.face_states = self._states(at_nodes(self.stack.element))
             self._face_material = self._bind_laws(self.face_states)
             self.face_states.follow(self._face_material.updated_states(self.displacement))
         kinematics = self._face_material.kinematics(self.displacement)
@@ -275,17 +277,11 @@ class Problem:
         self.clock.process_speed.value = max(speeds, key=abs, default=0.0)
 
 
-def _points_of_volumes() -> Floats:
-    """Reference points of a cell that its volume is integrated with, in the order of the states there."""
-    return np.asarray(basix.make_quadrature(basix.CellType.hexahedron, QUADRATURE_DEGREE)[0])
-
-
-def _volumes(mesh: Any) -> Volumes:
+def _volumes(mesh: Any, element: Element) -> Volumes:
     """Measures of the volume; the third axis of an element is that of its thickness."""
-    points, weights = basix.make_quadrature(basix.CellType.quadrilateral, QUADRATURE_DEGREE)
-    middle = np.column_stack([points, np.full(len(points), 0.5)])
-    rule = {"quadrature_rule": "custom", "quadrature_points": middle, "quadrature_weights": weights}
-    return Volumes(
-        all=ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE}),
-        mid_plane=ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE} | rule),
-    )
+
+    def measure(points: Floats, weights: Floats) -> Any:
+        rule = {"quadrature_rule": "custom", "quadrature_points": points, "quadrature_weights": weights}
+        return ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": 2 * element.order} | rule)
+
+    return Volumes(all=measure(*element.volume_rule), mid_plane=measure(*element.mid_plane_rule))

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+CORNERS = 8
+"""Nodes of a cell at its corners, the first ones whatever its order."""
 ALONG = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
 MASS: Floats = np.kron(np.kron(ALONG, ALONG), ALONG)
 """Mean products of the eight trilinear shape functions of a box, nodes in tensor order."""
@@ -24,13 +26,13 @@ class Recovery:
     next to the face gives the value there.
 
     Args:
-        scalars: P1 space of the mesh.
+        scalars: nodal space of the mesh.
         volumes: of this rank's cells in m3.
     """
 
     def __init__(self, scalars: Any, volumes: Floats) -> None:
         self.comm, self._volumes = scalars.mesh.comm, volumes
-        self._corners = scalars.dofmap.list[: len(volumes)]
+        self._corners = scalars.dofmap.list[: len(volumes), :CORNERS]
         self._sums = la.vector(scalars.dofmap.index_map, dtype=np.float64)
         # whole columns of cells stand on one rank, so that it has all nodes of each place that it has one of
         coordinates = scalars.tabulate_dof_coordinates().round(9)
@@ -43,14 +45,14 @@ class Recovery:
         """Of the cells around each local node, weighted by volume, on all ranks."""
         sums = self._sums.array
         sums[:] = 0.0
-        np.add.at(sums, self._corners.ravel(), np.repeat(values * self._volumes, 8))
+        np.add.at(sums, self._corners.ravel(), np.repeat(values * self._volumes, CORNERS))
         self._sums.scatter_reverse(la.InsertMode.add)
         self._sums.scatter_forward()
         return np.bincount(self._place, sums).astype(np.float64)
 
     def _smooth(self, means: Floats) -> Floats:
         """Smoothed values at the corners of cells, shape (cells, 8)."""
-        values = self._sum_at_nodes(means) / self._around
+        values = self._sum_at_nodes(means) / np.maximum(self._around, np.finfo(float).tiny)  # some are no corners
         face, one, two = self._outer
         values[face] = (20 * values[face] - 18 * values[one] + 4 * values[two]) / 6
         smooth: Floats = values[self._place][self._corners]

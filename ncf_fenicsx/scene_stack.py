@@ -11,6 +11,7 @@ from ncf_fenicsx.parts import Choice, Part, Settings, parameter
 from ncf_fenicsx.units import ArealDensity, Density, Length, Penalty, PositiveForce, PositiveLength
 
 GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
+Order = Literal[1, 2]
 Side = Literal["free", "fixed", "symmetry"]
 Grading = Annotated[float, Field(ge=0, lt=1)]
 
@@ -58,6 +59,9 @@ class Stack(Settings):
     )
     through: PositiveInt | tuple[PositiveInt, ...] = parameter(
         1, description="elements through each layer, one number or one a layer"
+    )
+    order: Order = parameter(
+        1, description="order of the displacement in the plane of the layers: 1, or 2 with nodes halfway too"
     )
     grading: tuple[Grading, Grading] = parameter(
         (0.9, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -37,14 +38,15 @@ class StableStep:
 
     def __init__(self, problem: Problem, density: float, masses: Floats) -> None:
         self.problem = problem
-        space = fem.functionspace(problem.mesh, ("DG", 1, (3,)))
+        alone = basix.ufl.blocked_element(problem.stack.element.basix(discontinuous=True), shape=(3,))
+        space = fem.functionspace(problem.mesh, alone)
         self._displacement, self._direction = fem.Function(space), fem.Function(space)
         variation = ufl.TestFunction(space)
         own = ufl.replace(
             problem.terms["internal"], {problem.displacement: self._displacement, problem.variation: variation}
         )
         self._stiffness = compat.compile_form(ufl.derivative(own, self._displacement, self._direction))
-        self._corners = problem.space.dofmap.list[: len(problem.stack.layer)]
+        self._nodes = problem.space.dofmap.list[: len(problem.stack.layer)]
         self._dofs = space.dofmap.list[: len(problem.stack.layer)]
         ones = fem.Constant(problem.mesh, np.ones(3))
         weight = compat.compile_form(problem.symbols(density) * ufl.inner(ones, variation) * problem.volumes.all)
@@ -56,8 +58,8 @@ class StableStep:
 
     def update(self) -> float:
         """Highest angular frequency in 1/s at the present displacement, on all ranks."""
-        corners = self.problem.displacement.x.array.reshape(-1, 3)[self._corners]
-        self._displacement.x.array.reshape(-1, 3)[self._dofs] = corners
+        displaced = self.problem.displacement.x.array.reshape(-1, 3)[self._nodes]
+        self._displacement.x.array.reshape(-1, 3)[self._dofs] = displaced
         for _ in range(self._left):
             self._iterate()
         self._left = NEXT_ITERATIONS
@@ -67,13 +69,15 @@ class StableStep:
     def _iterate(self) -> None:
         """One power iteration on every element: x -> M^-1 K x."""
         x = self._vectors / np.sqrt(np.einsum("ij,ij->i", self._masses * self._vectors, self._vectors))[:, None]
-        self._direction.x.array.reshape(-1, 3)[self._dofs] = x.reshape(-1, 8, 3)
+        self._direction.x.array.reshape(-1, 3)[self._dofs] = x.reshape(*self._dofs.shape, 3)
         y = self._by_element(fem.assemble_vector(self._stiffness).array) / self._masses
         self.frequencies = np.sqrt(np.sqrt(np.einsum("ij,ij->i", self._masses * y, y)))
         self._vectors = y
 
     def _by_element(self, values: Any) -> Floats:
-        by_element: Floats = np.asarray(values).reshape(-1, 3)[self._dofs].reshape(-1, 24)
+        by_element: Floats = (
+            np.asarray(values).reshape(-1, 3)[self._dofs].reshape(len(self._dofs), 3 * self._dofs.shape[1])
+        )
         return by_element
 
     def _contact_frequency(self, masses: Floats) -> float:

@@ -10,6 +10,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx import compat
+from ncf_fenicsx.elements import CELL, Element
 from ncf_fenicsx.kinematics import Expression
 from ncf_fenicsx.state_parts import Place, StatePart
 
@@ -21,7 +22,7 @@ class States:
 
     Args:
         mesh: DOLFINx mesh.
-        element: Basix element whose points they stand at, see `at_quadrature_points` and `at_corners`.
+        element: Basix element whose points they stand at, see `at_volume_points` and `at_nodes`.
         initial: names with their values at the start.
     """
 
@@ -60,11 +61,12 @@ class States:
         return StatePart(Place.CELLS, lambda: values[dofs], lambda rows: np.put(values, dofs, rows))
 
 
-def at_quadrature_points(mesh: Any, degree: int) -> Any:
-    """Element with a value at each quadrature point of a degree: for volumes."""
-    return basix.ufl.quadrature_element(mesh.basix_cell(), degree=degree)
+def at_volume_points(element: Element) -> Any:
+    """Basix element with a value at each point that volumes are integrated with."""
+    points, weights = element.volume_rule
+    return basix.ufl.quadrature_element(CELL, points=points, weights=weights)
 
 
-def at_corners(mesh: Any) -> Any:
-    """Element with a value at each corner of a cell: for faces, whose forms are evaluated there."""
-    return basix.ufl.element("Lagrange", mesh.basix_cell(), 1, discontinuous=True)
+def at_nodes(element: Element) -> Any:
+    """Basix element with a value at each node of a cell: for faces, whose forms are evaluated there."""
+    return element.basix(discontinuous=True)

@@ -84,14 +84,18 @@ def test_tangent_of_a_mould(table, kind, way):
 
 
 LAYERS = WAYS | {"stitched": {"kind": "stitched", "yarn_stiffness": "100 N", "slip_share": 0.5}}
-MESHES = {"matching": [6, 2], "different": [[6, 2], [5, 3]]}
+MESHES = {
+    "matching": {"divisions": [6, 2]},
+    "different": {"divisions": [[6, 2], [5, 3]]},
+    "order 2": {"divisions": [[3, 1], [4, 2]], "order": 2},
+}
 
 
 @pytest.mark.parametrize("mesh", MESHES)
 @pytest.mark.parametrize("way", LAYERS)
 def test_tangent_between_layers(table, way, mesh):
     """Layers of equal and of different meshes, after a slip of a tenth of an element along x."""
-    table["stack"]["divisions"] = MESHES[mesh]
+    table["stack"] |= MESHES[mesh]
     del table["tool"]
     problem, newton = build(
         table | {"interface": LAYERS[way], "duration": "1 s", "laws": SOFT, "solver": {"tangent": "plain"}}

@@ -37,6 +37,7 @@ STRIP = {
     },
     "output": {"picture": False},
 }
+COARSE = STRIP | {"stack": STRIP["stack"] | {"divisions": [6, 1], "order": 2}}
 
 
 def marched(table, **settings):
@@ -93,7 +94,7 @@ def test_scaled_speed_is_mass_by_its_square():
 
 
 @pytest.mark.serial
-@pytest.mark.parametrize("table", [STRIP, COLUMN], ids=["fabric under a tool", "solid"])
+@pytest.mark.parametrize("table", [STRIP, COLUMN, COARSE], ids=["fabric under a tool", "solid", "order 2"])
 def test_the_stable_step_is_below_that_of_the_whole_and_not_by_much(table):
     problem, differences = marched(table)
     if problem.scene.tool:

@@ -10,7 +10,12 @@ from ncf_fenicsx.simulation import Simulation
 
 QUIET = {"picture": False}
 ELASTIC = {"rate": {"kind": "none"}}
-MESHES = {"matching": [6, 2], "different": [[6, 2], [5, 3], [9, 4]]}
+MESHES = {
+    "matching": {"divisions": [6, 2]},
+    "different": {"divisions": [[6, 2], [5, 3], [9, 4]]},
+    "matching, order 2": {"divisions": [3, 1], "order": 2},
+    "different, order 2": {"divisions": [[3, 1], [4, 2], [5, 3]], "order": 2},
+}
 
 
 def simulate(table, folder):
@@ -29,7 +34,7 @@ def pressed_by_a_plate(way, mesh, **laws):
     return {
         "gravity": "0 m/s^2",
         "laws": ELASTIC | laws,
-        "stack": {"layers": 3, "size": ["12 mm", "6 mm"], "divisions": MESHES[mesh], "grading": [0, 0]},
+        "stack": {"layers": 3, "size": ["12 mm", "6 mm"], "grading": [0, 0]} | MESHES[mesh],
         "interface": {"contact": {"kind": way}},
         "tool": {
             "kind": "plate",
@@ -102,7 +107,13 @@ def cantilever(layers, kind, load):
 
 def flexibility(layers, kind, load, folder):
     """Deflection of the end over the load in m/N; all layers share the load, so they bend alike."""
-    simulation, history = simulate(cantilever(layers, kind, load), folder)
+    return bending_of(cantilever(layers, kind, load), folder)
+
+
+def bending_of(table, folder):
+    """Deflection of the end of a cantilever over its load in m/N."""
+    layers, load = table["stack"]["layers"], "roller" if "tool" in table else "weight"
+    simulation, history = simulate(table, folder)
     problem = simulation.problem
     places, u = problem.space.tabulate_dof_coordinates(), problem.displacement.x.array.reshape(-1, 3)
     end = np.isclose(places[:, 0], 0.1 * layers)
@@ -123,6 +134,19 @@ def test_n_frictionless_layers_have_the_nth_part_squared_of_the_bonded_stiffness
     rigidity = 100e9 * 8e-3 * (2e-3 * layers) ** 3 / 12  # of the whole, four times the model's 2 mm
     exact = (0.1 * layers) ** 3 / ((8 if load == "weight" else 3) * rigidity)
     assert bonded == pytest.approx(exact, rel=0.02)
+
+
+def test_a_tenth_of_the_elements_is_enough_with_order_2(folder):
+    """With as many nodes, elements of order 1 lock: G / E (element / h)^2 stiffens them."""
+    errors = []
+    rigidity = 100e9 * 8e-3 * (2e-3) ** 3 / 12
+    for order, elements in ((1, 16), (2, 8)):
+        table = cantilever(1, "bonded", "roller")
+        table["stack"] |= {"order": order, "divisions": [elements, 1]}
+        exact = 0.1**3 / (3 * rigidity)
+        errors.append(bending_of(table, folder / str(order)) / exact - 1)
+    assert errors[1] == pytest.approx(0, abs=0.01)
+    assert errors[0] < -0.1
 
 
 PENALTY, PRESSED = 1e9, 1e-6

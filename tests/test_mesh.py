@@ -64,16 +64,20 @@ def test_parts_hold_whole_columns_of_about_equal_size(parts):
     assert sizes.min() > 0.7 * sizes.max()
 
 
+@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("kind", ["one_sided", "bonded"])
-def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(kind, folder):
+def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(kind, order, folder):
     table = {
         "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"}]},
         "interface": {"kind": kind},
         "output": {"picture": False},
     }
     extruded = {"layers": 2, "size": ["12 mm", "6 mm"], "divisions": [6, 2], "grading": [0.0, 0.0]}
+    extruded["order"] = order
     one = run(Scene.from_table(table | {"stack": extruded}), folder / "extruded").history
-    two = run(Scene.from_table(table | {"stack": {"layers": 2, "mesh": str(SMALL)}}), folder / "gmsh").history
+    two = run(
+        Scene.from_table(table | {"stack": {"layers": 2, "mesh": str(SMALL), "order": order}}), folder / "gmsh"
+    ).history
     assert len(one) == len(two) > 5
     assert one[-1]["tool_force"] > 0
     for first, second in zip(one, two, strict=True):
@@ -165,6 +169,13 @@ def test_bending_apart_needs_elements_as_high_as_their_layer(folder):
     build_mesh(altered(folder / "upright.msh", lambda _: None, laws={"bending": {}}), COMM)
     with pytest.raises(SceneError, match=r"cell 3 is 0 mm high along its third axis; expected one element through"):
         build_mesh(altered(folder / "lying.msh", lay_down, laws={"bending": {}}), COMM)
+
+
+def test_order_2_needs_elements_that_stand_in_their_layer(folder):
+    file = folder / "lying.msh"
+    scene = altered(file, lay_down, stack={"layers": 2, "mesh": str(file), "order": 2})
+    with pytest.raises(SceneError, match=r"cell 3 at \(.*\) mm lies on its side; expected cells with their third axis"):
+        build_mesh(scene, COMM)
 
 
 def test_cells_in_a_volume_that_is_no_layer_are_named(folder):

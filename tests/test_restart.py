@@ -62,6 +62,8 @@ def force_case():
 
 
 TABLES = {name: contact_case(name) for name in CASES} | {"memory of the laws": law_case(), "force": force_case()}
+TABLES["order 2"] = contact_case("nitsche")
+TABLES["order 2"]["stack"] |= {"order": 2, "divisions": [[3, 1], [4, 2]]}
 COST = {"wall_time"}
 ROUND_OFF = 1e-15
 """Of places in m."""

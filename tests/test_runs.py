@@ -64,7 +64,8 @@ def test_roller_on_a_finer_mesh_with_ten_times_the_penalties(folder):
 
 
 @pytest.mark.serial
-def test_one_two_and_three_ranks_give_one_history(folder):
+@pytest.mark.parametrize("order", [1, 2])
+def test_one_two_and_three_ranks_give_one_history(folder, order):
     histories = []
     for ranks in (1, 2, 3):
         out = folder / f"ranks_{ranks}"
@@ -79,6 +80,8 @@ def test_one_two_and_three_ranks_give_one_history(folder):
             str(LONG_ROLLER),
             "--out",
             str(out),
+            "--set",
+            f"stack.order={order}",
         ]
         subprocess.run(command, check=True, capture_output=True)
         with (out / "history.csv").open() as file:

@@ -146,6 +146,8 @@ class Variants:
     def _meshes(self) -> Iterator[Variant]:
         for factor in IN_PLANE:
             yield Variant("mesh in the plane", f"{factor:g}", self._mesh(factor))
+        for factor in IN_PLANE[:-1]:
+            yield Variant("order 2", f"{factor:g}", (*self._mesh(factor), "stack.order=2"))
         for factor in SQUARES:
             yield Variant("even squares", f"{factor:g}", self._squares(factor))
         for through in THROUGH if self._has_through else ():
@@ -153,6 +155,8 @@ class Variants:
         if self._is_long:
             for factor in IN_PLANE:
                 yield Variant("plane strain", f"{factor:g}", self._strip(factor))
+            for factor in IN_PLANE[:-1]:
+                yield Variant("plane strain, order 2", f"{factor:g}", (*self._strip(factor), "stack.order=2"))
             for through in THROUGH[1:] if self._has_through else ():
                 yield Variant("plane strain and through", str(through), (*self._strip(1.0), f"stack.through={through}"))
 
