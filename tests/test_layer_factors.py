@@ -51,6 +51,21 @@ def test_a_few_krylov_steps_solve_for_a_motion_of_the_stack(table, way):
     assert 0 < linear.krylov_steps <= 60
 
 
+def test_a_correction_that_others_follow_takes_fewer_steps(table):
+    newton, matrix, wanted, load = tangent_of(table)
+    steps, errors = [], []
+    for last in (False, True):
+        linear, found = LinearSolver(layer_factors(newton), keeps=False), load.duplicate()
+        linear.factorise(matrix)
+        linear.expect(last, exact=False)
+        assert linear._iterate(matrix, load, found)
+        found.axpy(-1.0, wanted)
+        steps.append(linear.krylov_steps)
+        errors.append(found.norm() / wanted.norm())
+    assert steps[0] < steps[1]
+    assert 0.1 > errors[0] > 10 * errors[1]
+
+
 @pytest.mark.parametrize("strain", [0.0, 1e-3])
 def test_pivots_of_the_parts_tell_of_a_loss_of_stability_and_are_no_more_than_the_whole_has(strain):
     """Two sheets on weak ground, stable at rest, their ends pressed towards each other."""

@@ -8,13 +8,15 @@ from petsc4py import PETSc
 
 LARGE = 50_000
 """Unknowns from which on a few Krylov steps cost less than factors."""
-TOLERANCE = 1e-4
-"""What the factors make of a correction's residual, over the correction: as exact as a Newton step needs to be.
+ROUGH = 1e-3
+"""What the factors make of a correction's residual, over the correction: exact enough for one that others follow.
 
 Over what they make of the load itself, as is usual, says nothing: where contact has closed, that is far off.
 """
+FINE = 1e-4
+"""The same for a correction that is taken to be the last of its solve."""
 FINER = 1e-5
-"""The same of factors that are not exact even when new: they hardly show what changes slowly from layer to layer."""
+"""The same with factors that are not exact even when new: they hardly show what changes slowly from layer to layer."""
 MOST = 25
 """Krylov steps after which new factors cost less."""
 SLOW = 15
@@ -67,7 +69,8 @@ class LinearSolver:
 
     def __init__(self, factors: Factors, keeps: bool) -> None:
         self.factors, self.keeps, self.factorisations, self.krylov_steps = factors, keeps, 0, 0
-        self._tolerance, self._most = (TOLERANCE, MOST) if factors.exact else (FINER, MOST_OF_NEW)
+        self._fine, self._most = (FINE, MOST) if factors.exact else (FINER, MOST_OF_NEW)
+        self._tolerance = self._fine
         self._krylov = PETSc.KSP().create(factors.preconditioner.comm)
         self._krylov.setType("gmres")
         self._krylov.setGMRESRestart(self._most)
@@ -88,6 +91,7 @@ class LinearSolver:
             last: whether it is taken to be the last of its nonlinear solve.
             exact: whether more is to be solved with the same tangent.
         """
+        self._tolerance = self._fine if last or exact else ROUGH
         due = not self._renewed and (last or not self._renewed_before)
         self._renew = exact or due or self._slow or not self.keeps
 

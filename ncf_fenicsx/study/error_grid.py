@@ -156,7 +156,7 @@ class Variants:
             for factor in IN_PLANE:
                 yield Variant("plane strain", f"{factor:g}", self._strip(factor))
             for factor in IN_PLANE[:-1]:
-                yield Variant("plane strain, order 2", f"{factor:g}", (*self._strip(factor), "stack.order=2"))
+                yield Variant("plane strain of order 2", f"{factor:g}", (*self._strip(factor), "stack.order=2"))
             for through in THROUGH[1:] if self._has_through else ():
                 yield Variant("plane strain and through", str(through), (*self._strip(1.0), f"stack.through={through}"))
 
