@@ -42,16 +42,13 @@ class DirectFactors:
         self._solver.setFromOptions()
 
     def factorise(self, matrix: Any) -> int:
-        """Factors of a matrix; PETSc's reason why there are none, 0 if there are."""
+        """Factors of a matrix, kept whatever becomes of it; PETSc's reason why there are none, 0 if there are."""
         self.preconditioner.setReusePreconditioner(False)
         self._solver.setOperators(matrix)
         self._solver.setUp()
+        self.preconditioner.setReusePreconditioner(True)
         failed: int = self.preconditioner.getFailedReason()
         return failed
-
-    def keep(self) -> None:
-        """Keep the factors, whatever becomes of the matrix."""
-        self.preconditioner.setReusePreconditioner(True)
 
     def solve(self, b: Any, x: Any) -> None:
         """Solve for x with the factors at hand."""

@@ -66,9 +66,6 @@ class LayerFactors:
         self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in between]
         return max(factors.factorise(block) for factors, block in zip(self._factors, self._blocks, strict=True))
 
-    def keep(self) -> None:
-        """Keep the factors, whatever becomes of the matrix."""
-
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
         for factors in self._factors:

@@ -37,10 +37,7 @@ class Factors(Protocol):
     preconditioner: Any
 
     def factorise(self, matrix: Any) -> int:
-        """Take a matrix; PETSc's reason why there are no factors, 0 if there are."""
-
-    def keep(self) -> None:
-        """Keep the factors, whatever becomes of the matrix."""
+        """Factors of a matrix, kept whatever becomes of it; PETSc's reason why there are none, 0 if there are."""
 
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
@@ -137,7 +134,6 @@ class LinearSolver:
     def _iterate(self, matrix: Any, b: Any, x: Any) -> bool:
         """Whether GMRES converges fast with the factors at hand."""
         self._correction = self._correction or x.duplicate()
-        self.factors.keep()
         self._krylov.setOperators(matrix)
         self._krylov.solve(b, x)
         steps = self._krylov.getIterationNumber()
