@@ -1,4 +1,4 @@
-"""From what size on factors of layers beat those of the whole: ``python3 demos/factors_by_size.py [RESULTS] [OPTIONS]``.
+"""From what size on factors of layers beat those of the whole: ``python3 demos/factors_by_size.py [FOLDER] [OPTIONS]``.
 
 Runs the roller scene with a bending modulus of 0.1 GPa on even meshes of N x N elements a layer: with new factors at
 every iteration, kept ones, and those of layers. Prints time and memory, writes them to ``factors_by_size.csv`` in the

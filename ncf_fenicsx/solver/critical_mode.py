@@ -59,6 +59,6 @@ def _shift_below(matrix: Any, shift: float) -> float:
         shifted.shift(shift)
         factors = DirectFactors(matrix.getComm(), symmetric=True)
         factors.factorise(shifted)
-        if not factors.negative_pivots:
+        if not factors.count_negative():
             return shift
         shift *= 4

@@ -58,7 +58,6 @@ class DirectFactors:
         """Forget all, the order of elimination included."""
         self._solver.reset()
 
-    @property
-    def negative_pivots(self) -> int:
-        """As many as the matrix has negative eigenvalues, with LDL^T."""
+    def count_negative(self) -> int:
+        """Negative pivots, with LDL^T: as many as the matrix has negative eigenvalues."""
         return int(self.preconditioner.getFactorMatrix().getMumpsInfog(NEGATIVE_PIVOTS))

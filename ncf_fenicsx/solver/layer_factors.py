@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from ncf_fenicsx.solver.direct_factors import DirectFactors
+from ncf_fenicsx.solver.lowest_mode import LowestMode
 
 
 class LayerFactors:
@@ -45,6 +46,7 @@ class LayerFactors:
         self._parts = [self._heights, *self._layers]
         self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._parts]
         self._matrix: Any = None
+        self._mode = LowestMode()
         self._drop_blocks()
         self.preconditioner = PETSc.PC().create(comm)
         self.preconditioner.setType("python")
@@ -97,7 +99,12 @@ class LayerFactors:
         x.restoreSubVector(part, total)
         return motion
 
-    @property
-    def negative_pivots(self) -> int:
-        """The most of any part, with LDL^T: the whole has at least as many negative eigenvalues."""
-        return max(factors.negative_pivots for factors in self._factors)
+    def count_negative(self) -> int:
+        """The most negative pivots of any part, with LDL^T: the whole has at least as many negative eigenvalues.
+
+        Layers that wave together do so in a mode of the whole that no part has; where one is found, it counts as one.
+        """
+        most = max(factors.count_negative() for factors in self._factors)
+        if most:
+            return most
+        return int(self._mode.curvature(self._matrix, lambda b, x: self.apply(None, b, x)) < 0)

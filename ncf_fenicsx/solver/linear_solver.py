@@ -42,9 +42,8 @@ class Factors(Protocol):
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
 
-    @property
-    def negative_pivots(self) -> int:
-        """Of the factors of a symmetric matrix."""
+    def count_negative(self) -> int:
+        """Negative eigenvalues of a symmetric matrix, no more than it has."""
 
 
 class LinearSolver:

@@ -1,4 +1,4 @@
-"""Whether a symmetric matrix has a negative eigenvalue, from an approximate inverse: one found is a proof, none is not."""
+"""Whether a symmetric matrix has a negative eigenvalue, by an approximate inverse: one found is proof, none is not."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eigh
+from numpy.typing import NDArray
+
+Pair = tuple[Any, Any]
+"""A vector, and the matrix times it."""
 
 STEPS = 4
-"""Improvements of the mode at a time; it goes on where it was left, as the matrix changes little from time to time."""
-DISTINCT = 1e-12
-"""Square of the part of a direction across those before it that is more than round-off."""
+"""Improvements at a time: the matrix changes little from step to step, so the mode goes on improving over many."""
+DISTINCT = 1e-6
+"""Length, of a direction of length one, across those before it that is more than round-off."""
 
 
 class LowestMode:
@@ -25,28 +28,70 @@ class LowestMode:
 
         Args:
             matrix: symmetric.
-            precondition: puts the approximate inverse, times its first argument, in the second.
+            precondition: writes the approximate inverse times its first argument into the second.
         """
-        x = self._mode = self._mode or _start(matrix)
-        x.normalize()
-        image, before = _image(matrix, x), None
-        quotient = x.dot(image)
+        if self._mode is None:
+            self._mode = _start(matrix)
+        mode, directions = _pair(matrix, self._mode), list[Pair]()
         for _ in range(STEPS):
+            mode = _scaled(mode)
+            quotient = mode[0].dot(mode[1])
             if quotient < 0:
                 break
-            across, downhill = image.copy(), x.duplicate()
-            across.axpy(-quotient, x)
-            precondition(across, downhill)
-            basis = [(x, image), (downhill, _image(matrix, downhill)), *([before] if before else [])]
-            before = _combined(basis)
-            x.axpby(1.0, self._share, before[0])
-            quotient = x.dot(image)
-        return float(quotient)
+            residual, downhill = mode[1].copy(), mode[1].duplicate()
+            residual.axpy(-quotient, mode[0])
+            precondition(residual, downhill)
+            basis = _orthonormal([mode, _pair(matrix, downhill), *directions])
+            shares = _lowest(basis)
+            directions = [_sum(basis[1:], shares[1:])]
+            mode = _sum(basis, shares)
+        self._mode = mode[0]
+        return float(mode[0].dot(mode[1]))
 
 
 def _start(matrix: Any) -> Any:
-    """The same numbers at the same nodes, whatever their rank."""
+    """The same numbers whatever the ranks."""
     start = matrix.createVecRight()
-    first, end = start.getOwnershipRange()
-    start.array[:] = np.sin(1.0 + np.arange(first, end) ** 2 % 97)
+    start.array[:] = np.sin(np.arange(*start.getOwnershipRange()) ** 2 % 97 + 1.0)
     return start
+
+
+def _pair(matrix: Any, vector: Any) -> Pair:
+    image = vector.duplicate()
+    matrix.mult(vector, image)
+    return vector, image
+
+
+def _scaled(pair: Pair) -> Pair:
+    length = pair[0].norm()
+    for vector in pair:
+        vector.scale(1.0 / length if length else 0.0)
+    return pair
+
+
+def _orthonormal(pairs: list[Pair]) -> list[Pair]:
+    """Gram and Schmidt, without directions that are none."""
+    basis: list[Pair] = []
+    for vector, image in map(_scaled, pairs):
+        for other, other_image in basis:
+            share = vector.dot(other)
+            vector.axpy(-share, other)
+            image.axpy(-share, other_image)
+        if vector.norm() > DISTINCT:
+            basis.append(_scaled((vector, image)))
+    return basis
+
+
+def _lowest(basis: list[Pair]) -> NDArray[np.float64]:
+    """Shares of the basis in the vector of the lowest Rayleigh quotient."""
+    projected = np.array([[vector.dot(image) for _, image in basis] for vector, _ in basis])
+    shares: NDArray[np.float64] = np.linalg.eigh((projected + projected.T) / 2)[1][:, 0]
+    return shares
+
+
+def _sum(basis: list[Pair], shares: NDArray[np.float64]) -> Pair:
+    total = tuple(vector.duplicate() for vector in basis[0])
+    for number in range(2):
+        total[number].set(0.0)
+        total[number].maxpy(list(shares), [pair[number] for pair in basis])
+    return total[0], total[1]

@@ -119,7 +119,7 @@ class Newton:
             return None
         if not self.linear.factorised:
             self.linear.factorise(self.tangent.assemble())
-        return self.linear.factors.negative_pivots
+        return self.linear.factors.count_negative()
 
     def factorise(self) -> None:
         """Factorise the tangent as last assembled as a whole, its order of elimination included, and forget that."""
