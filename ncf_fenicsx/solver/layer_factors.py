@@ -42,11 +42,12 @@ class LayerFactors:
         def part(numbers: NDArray[np.int64]) -> Any:
             return PETSc.IS().createGeneral(numbers.ravel().astype(PETSc.IntType), comm)
 
-        self._heights, self._layers = part(dofs[:, 2]), [part(dofs[packs == pack]) for pack in range(highest + 1)]
-        self._parts = [self._heights, *self._layers]
+        self._layers = [part(dofs[packs == pack]) for pack in range(highest + 1)]
+        self._parts = [part(dofs[:, 2]), *self._layers]
         self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._parts]
         self._matrix: Any = None
-        self._mode = LowestMode()
+        self._mode, self._motions = LowestMode(), list[Any]()
+        self._residual: Any = None
         self._drop_blocks()
         self.preconditioner = PETSc.PC().create(comm)
         self.preconditioner.setType("python")
@@ -66,6 +67,8 @@ class LayerFactors:
         )
         self._blocks = [matrix.createSubMatrix(part, part, block) for part, block in within]
         self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in between]
+        if self._residual is None:  # kept: what is dropped on several ranks is not freed at once
+            self._residual, self._motions = matrix.createVecRight(), [block.createVecRight() for block in self._blocks]
         return max(factors.factorise(block) for factors, block in zip(self._factors, self._blocks, strict=True))
 
     def forget(self) -> None:
@@ -77,27 +80,26 @@ class LayerFactors:
     def apply(self, preconditioner: Any, b: Any, x: Any) -> None:
         """All heights, then each layer: each follows what the ones before it leave of the load."""
         del preconditioner
-        residual = b.copy()
+        residual = self._residual
+        b.copy(residual)
         x.set(0.0)
-        self._follow(self._heights, self._factors[0], residual, x)
+        self._follow(0, residual, x)
         self._matrix.mult(x, residual)
         residual.aypx(-1.0, b)
-        below: Any = None
-        for layer, factors, link in zip(self._layers, self._factors[1:], [None, *self._links], strict=True):
-            below = self._follow(layer, factors, residual, x, link, below)
+        for number, link in enumerate([None, *self._links], 1):
+            self._follow(number, residual, x, link)
 
-    def _follow(self, part: Any, factors: DirectFactors, b: Any, x: Any, link: Any = None, below: Any = None) -> Any:
-        """Add to x how a part follows the load b, less what the motion of the one below links to it; its motion."""
+    def _follow(self, number: int, b: Any, x: Any, link: Any = None) -> None:
+        """Add to x how a part follows the load b, less what the motion of the one before links to it."""
+        part, motion = self._parts[number], self._motions[number]
         load, total = b.getSubVector(part), x.getSubVector(part)
-        motion = load.duplicate()
         if link is not None:
-            link.mult(below, motion)
+            link.mult(self._motions[number - 1], motion)
             load.axpy(-1.0, motion)
-        factors.solve(load, motion)
+        self._factors[number].solve(load, motion)
         total.axpy(1.0, motion)
         b.restoreSubVector(part, load)
         x.restoreSubVector(part, total)
-        return motion
 
     def count_negative(self) -> int:
         """The most negative pivots of any part, with LDL^T: the whole has at least as many negative eigenvalues.

@@ -94,7 +94,9 @@ class Newton:
             reason = self._run()
         self._take(self.unknown)
         iterations = self.snes.getIterationNumber()
-        pivots = self._negative_pivots(reason)
+        with self.phases("solve"):
+            pivots = self._negative_pivots(reason)
+        PETSc.garbage_cleanup(self.vector.comm)  # several ranks free together, and only when told to
         words = "converged" if reason > 0 else self._failure(reason, pivots)
         return Outcome(reason > 0, iterations, words, bool(self._stopped), pivots)
 
