@@ -40,7 +40,7 @@ COLUMNS = {
     "negative_pivots": (
         "1",
         "of the tangent at the end of the step: 0 is stable; where it is symmetric. "
-        "With factors of layers the most of any part",
+        "With factors of layers no more than these, and 0 only where no mode is found",
     ),
     "newton_iterations": ("1", "Newton iterations of the step"),
     "step_cuts": ("1", "attempts at the step that failed before"),
