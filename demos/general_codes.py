@@ -58,13 +58,14 @@ speed = "1 mm/min"
 first_step = "{step} s"
 largest_step = "{step} s"
 force_tolerance = {tolerance}
+factors = "{factors}"
 [output]
 picture = false
 fields_every = 1000
 """
-SAME = {"divisions": [120, 12], "through": [16], "grading": [0.0, 0.0]}
-OWN = {"divisions": [80, 2], "through": [4, 4, 8, 12], "grading": [0.6, 0.0]}
-FINE = {"divisions": [160, 4], "through": [4, 6, 10, 20], "grading": [0.6, 0.0]}
+SAME = {"divisions": [120, 12], "through": [16], "grading": [0.0, 0.0], "factors": "multigrid"}
+OWN = {"divisions": [80, 2], "through": [4, 4, 8, 12], "grading": [0.6, 0.0], "factors": "automatic"}
+FINE = {"divisions": [160, 4], "through": [4, 6, 10, 20], "grading": [0.6, 0.0], "factors": "automatic"}
 QUARTERS = 4
 
 
@@ -86,7 +87,8 @@ def this_program(mesh: dict[str, Any], ranks: int, folder: Path) -> dict[str, fl
     folder.mkdir(parents=True, exist_ok=True)
     scene = folder / "block.toml"
     scene.write_text(SCENE.format(**BLOCK | mesh | more), encoding="utf-8")
-    command = [str(HERE.parent / "docker" / "run"), "mpirun", "-n", str(ranks), "ncf-fenicsx"]
+    busy = ["env", "OMPI_MCA_mpi_yield_when_idle=0"]  # nothing else runs here
+    command = [str(HERE.parent / "docker" / "run"), *busy, "mpirun", "-n", str(ranks), "ncf-fenicsx"]
     start = time.perf_counter()
     subprocess.run([command[0], "true"], check=True, capture_output=True)
     container, start = time.perf_counter() - start, time.perf_counter()

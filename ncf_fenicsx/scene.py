@@ -86,6 +86,8 @@ class Scene(Settings):
     def _layers_can_be_told_apart(self) -> Self:
         if self.solver.factors == "layers" and not any(isinstance(way, OneSided) for way in self.interfaces):
             raise impossible("solver.factors", "layers", "expected layers that may part, for factors of each")
+        if self.solver.factors == "multigrid" and (self.laws.solid is None or not self.symmetric):
+            raise impossible("solver.factors", "multigrid", "expected laws.solid, and contact with a symmetric tangent")
         return self
 
     @model_validator(mode="after")

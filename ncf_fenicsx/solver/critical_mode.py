@@ -59,6 +59,6 @@ def _shift_below(matrix: Any, shift: float) -> float:
         shifted.shift(shift)
         factors = DirectFactors(matrix.getComm(), symmetric=True)
         factors.factorise(shifted)
-        if not factors.count_negative():
+        if not factors.count_negative(shifted):
             return shift
         shift *= 4

@@ -27,6 +27,7 @@ class DirectFactors:
     """
 
     exact = True
+    tolerance = 1e-4
 
     def __init__(self, comm: Any, symmetric: bool, prefix: str = "ncf_") -> None:
         options = PETSc.Options()
@@ -58,6 +59,7 @@ class DirectFactors:
         """Forget all, the order of elimination included."""
         self._solver.reset()
 
-    def count_negative(self) -> int:
-        """Negative pivots, with LDL^T: as many as the matrix has negative eigenvalues."""
+    def count_negative(self, matrix: Any) -> int:
+        """Negative pivots, with LDL^T: as many as the matrix that they are of has negative eigenvalues."""
+        del matrix
         return int(self.preconditioner.getFactorMatrix().getMumpsInfog(NEGATIVE_PIVOTS))

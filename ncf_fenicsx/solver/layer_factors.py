@@ -34,6 +34,7 @@ class LayerFactors:
     """
 
     exact = False
+    tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 
     def __init__(self, comm: Any, symmetric: bool, packs: NDArray[np.int64], first: int) -> None:
         highest = max(comm.tompi4py().allgather(int(packs.max(initial=0))))
@@ -101,12 +102,12 @@ class LayerFactors:
         b.restoreSubVector(part, load)
         x.restoreSubVector(part, total)
 
-    def count_negative(self) -> int:
+    def count_negative(self, matrix: Any) -> int:
         """The most negative pivots of any part, with LDL^T: the whole has at least as many negative eigenvalues.
 
         Layers that wave together do so in a mode of the whole that no part has; where one is found, it counts as one.
         """
-        most = max(factors.count_negative() for factors in self._factors)
+        most = max(factors.count_negative(block) for factors, block in zip(self._factors, self._blocks, strict=True))
         if most:
             return most
-        return int(self._mode.curvature(self._matrix, lambda b, x: self.apply(None, b, x)) < 0)
+        return int(self._mode.curvature(matrix, lambda b, x: self.apply(None, b, x)) < 0)

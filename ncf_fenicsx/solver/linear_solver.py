@@ -13,14 +13,12 @@ ROUGH = 1e-3
 
 Over what they make of the load itself, as is usual, says nothing: where contact has closed, that is far off.
 """
-FINE = 1e-4
-"""The same for a correction that is taken to be the last of its solve."""
-FINER = 1e-5
-"""The same with factors that are not exact even when new: they hardly show what changes slowly from layer to layer."""
 MOST = 25
 """Krylov steps after which new factors cost less."""
 SLOW = 15
 """Krylov steps after which the next correction had better have factors of its own."""
+SLOWER = 3
+"""The same over the steps with factors of its own, where these are not exact."""
 MOST_OF_NEW = 150
 """Krylov steps after which factors that are new but not exact are no good."""
 
@@ -30,10 +28,12 @@ class Factors(Protocol):
 
     Attributes:
         exact: whether it is the inverse.
+        tolerance: `ROUGH`'s place for a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
     """
 
     exact: bool
+    tolerance: float
     preconditioner: Any
 
     def factorise(self, matrix: Any) -> int:
@@ -42,8 +42,8 @@ class Factors(Protocol):
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
 
-    def count_negative(self) -> int:
-        """Negative eigenvalues of a symmetric matrix, no more than it has."""
+    def count_negative(self, matrix: Any) -> int:
+        """Negative eigenvalues of the symmetric matrix, no more than it has."""
 
 
 class LinearSolver:
@@ -65,15 +65,14 @@ class LinearSolver:
 
     def __init__(self, factors: Factors, keeps: bool) -> None:
         self.factors, self.keeps, self.factorisations, self.krylov_steps = factors, keeps, 0, 0
-        self._fine, self._most = (FINE, MOST) if factors.exact else (FINER, MOST_OF_NEW)
-        self._tolerance = self._fine
+        self._most, self._tolerance = MOST if factors.exact else MOST_OF_NEW, factors.tolerance
         self._krylov = PETSc.KSP().create(factors.preconditioner.comm)
         self._krylov.setType("gmres")
         self._krylov.setGMRESRestart(self._most)
         self._krylov.setConvergenceTest(self._judge)
         self._krylov.setPC(factors.preconditioner)
         self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = False
-        self._renew = True
+        self._renew, self._steps_of_new = True, 0
         self._correction: Any = None
 
     def begin(self) -> None:
@@ -87,8 +86,8 @@ class LinearSolver:
             last: whether it is taken to be the last of its nonlinear solve.
             exact: whether more is to be solved with the same tangent.
         """
-        self._tolerance = self._fine if last or exact else ROUGH
-        due = not self._renewed and (last or not self._renewed_before)
+        self._tolerance = self.factors.tolerance if last or exact else ROUGH
+        due = self.factors.exact and not self._renewed and (last or not self._renewed_before)
         self._renew = exact or due or self._slow or not self.keeps
 
     def forget(self) -> None:
@@ -137,5 +136,6 @@ class LinearSolver:
         self._krylov.solve(b, x)
         steps = self._krylov.getIterationNumber()
         self.krylov_steps += steps
-        self._slow = steps > SLOW
+        self._slow = steps > max(SLOW, SLOWER * self._steps_of_new)
+        self._steps_of_new = steps if self._fresh else self._steps_of_new
         return bool(self._krylov.getConvergedReason() > 0)

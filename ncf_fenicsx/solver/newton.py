@@ -15,6 +15,7 @@ from ncf_fenicsx.solver.critical_mode import critical_mode
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.layer_factors import LayerFactors
 from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
+from ncf_fenicsx.solver.multigrid import Multigrid
 from ncf_fenicsx.solver.progress import Progress
 from ncf_fenicsx.solver.residual import Residual
 from ncf_fenicsx.solver.system import Control, Outcome, System
@@ -65,7 +66,9 @@ class Newton:
         self.load = 0.0
         held = system.supports.dofs
         self._held = held[held < self.vector.getLocalSize()]
-        keeps = settings.factors == "kept" or (settings.factors == "automatic" and self.vector.getSize() >= LARGE)
+        keeps = settings.factors in ("kept", "multigrid") or (
+            settings.factors == "automatic" and self.vector.getSize() >= LARGE
+        )
         self.linear = LinearSolver(self._factors(), keeps)
         self.snes = self._snes()
         self.tangent = TangentMatrix(system, self._held)
@@ -121,7 +124,7 @@ class Newton:
             return None
         if not self.linear.factorised:
             self.linear.factorise(self.tangent.assemble())
-        return self.linear.factors.count_negative()
+        return self.linear.factors.count_negative(self.tangent.matrix)
 
     def factorise(self) -> None:
         """Factorise the tangent as last assembled as a whole, its order of elimination included, and forget that."""
@@ -195,6 +198,9 @@ class Newton:
         comm, symmetric = self.vector.comm, self.system.symmetric
         if self.settings.factors == "layers":
             return LayerFactors(comm, symmetric, self.system.packs, self.vector.getOwnershipRange()[0])
+        if self.settings.factors == "multigrid":
+            places = self.system.displacement.function_space.tabulate_dof_coordinates()
+            return Multigrid(comm, places[: self.vector.getLocalSize() // 3], self._held)
         return DirectFactors(comm, symmetric)
 
     @property

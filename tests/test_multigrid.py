@@ -1,0 +1,113 @@
+"""Multigrid of solids: the same state as factors give, in steps that hardly grow with the mesh; what it cannot do."""
+
+import numpy as np
+import pytest
+from assembled import build, run_with_factors
+from dolfinx.fem.petsc import assemble_matrix
+
+from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.solver.direct_factors import DirectFactors
+from ncf_fenicsx.solver.linear_solver import LinearSolver
+from ncf_fenicsx.solver.multigrid import Multigrid
+
+SOLID = {"laws": {"solid": {"modulus": "1 MPa", "poisson": 0.2}}, "gravity": "0 m/s^2"}
+BONDED = {"kind": "bonded"}
+
+
+def block(divisions):
+    return SOLID | {
+        "stack": {
+            "layers": 1,
+            "thickness": "8 mm",
+            "size": ["8 mm", "8 mm"],
+            "divisions": [divisions, divisions],
+            "through": divisions,
+            "grading": [0, 0],
+        },
+        "duration": "1 s",
+    }
+
+
+def multigrid(newton, problem):
+    places = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
+    return Multigrid(newton.vector.comm, places, newton._held)
+
+
+@pytest.mark.parametrize(
+    "way", [BONDED, {"kind": "one_sided", "penalty": "1e9 Pa/m"}], ids=["bonded", "layers that may part"]
+)
+def test_a_run_ends_in_the_same_state(table, folder, way):
+    scene = table | {"laws": SOLID["laws"], "interface": way}
+    whole, many = (run_with_factors(scene, factors, folder) for factors in ("new", "multigrid"))
+    for name in ("tool_force", "penetration_max", "tool_work"):
+        assert many[0][name] == pytest.approx(whole[0][name], rel=1e-4), name
+    assert many[1]["krylov_steps"] > 0 == whole[1]["krylov_steps"]
+    assert many[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=10)
+    assert many[1]["factorisations"] < whole[1]["factorisations"]
+
+
+def test_steps_hardly_grow_with_the_mesh():
+    steps = []
+    for divisions in (4, 8, 16):
+        problem, newton = build(block(divisions))
+        matrix, load = newton.tangent.assemble(), newton.vector.duplicate()
+        load.set(1.0)
+        load.array[newton._held] = 0.0
+        linear, found = LinearSolver(multigrid(newton, problem), keeps=True), load.duplicate()
+        assert linear.factorise(matrix) == 0
+        assert linear._iterate(matrix, load, found)
+        exact, expected = DirectFactors(newton.vector.comm, True), load.duplicate()
+        exact.factorise(matrix)
+        exact.solve(load, expected)
+        found.axpy(-1.0, expected)
+        assert found.norm() < 1e-2 * expected.norm()
+        steps.append(linear.krylov_steps)
+    assert steps[2] <= 2 * steps[0] + 5
+
+
+def test_rigid_motions_strain_nothing():
+    problem, newton = build(block(3))
+    free = assemble_matrix(problem.tangent_form)
+    free.assemble()
+    places = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
+    motions = Multigrid(newton.vector.comm, places, np.array([], dtype=np.int32))._rigid_motions(free).getVecs()
+    forces, stretched = motions[0].duplicate(), motions[0].duplicate()
+    stretched.array[:] = places.ravel()
+    free.mult(stretched, forces)
+    strained = forces.norm() / stretched.norm()
+    products = np.array([[one.dot(other) for other in motions] for one in motions])
+    assert products == pytest.approx(np.eye(6), abs=1e-12)
+    for motion in motions:
+        free.mult(motion, forces)
+        assert forces.norm() < 1e-9 * strained
+
+
+def test_fibres_are_no_case_for_it(table):
+    with pytest.raises(SceneError, match=r"solver\.factors.*expected laws\.solid"):
+        Scene.from_table(table | {"solver": {"factors": "multigrid"}})
+
+
+def test_a_block_that_buckles_is_noticed():
+    """A slender column that nothing holds from the side, pressed along its length."""
+    table = SOLID | {
+        "stack": {
+            "layers": 1,
+            "size": ["60 mm", "2 mm"],
+            "divisions": [40, 2],
+            "grading": [0, 0],
+            "sides": {"x_min": "fixed", "y_max": "symmetry"},
+        },
+        "mould": {"kind": "plate", "clearance": "50 mm"},
+        "duration": "1 s",
+    }
+    problem, newton = build(table)
+    negative = []
+    for strain in (0.0, 0.05):
+        problem.displacement.interpolate(lambda x, strain=strain: np.stack([-strain * x[0], 0 * x[0], 0 * x[0]]))
+        matrix, many = newton.tangent.assemble(), multigrid(newton, problem)
+        many.factorise(matrix)
+        whole = DirectFactors(newton.vector.comm, True)
+        whole.factorise(matrix)
+        assert (whole.count_negative(matrix) > 0) == (strain > 0)
+        negative.append(max(many.count_negative(matrix) for _ in range(8)))
+    assert negative == [0, 1]
