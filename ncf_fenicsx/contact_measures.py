@@ -23,8 +23,8 @@ OPEN = 0.01
 
 RIGID_COLUMNS = {
     "pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
-    "contact_width": ("m", "extent of the contact along x, of the whole, to half an element at each end"),
-    "contact_length": ("m", "extent of the contact along y, of the whole, to half an element at each end"),
+    "contact_width": ("m", "extent of the contact along x, of the whole, to half the distance of nodes at each end"),
+    "contact_length": ("m", "extent of the contact along y, of the whole, to half the distance of nodes at each end"),
     "penetration_max": ("m", "deepest penetration of a node"),
 }
 OPENING_COLUMNS = {

@@ -19,10 +19,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 SNAP = 0.05
-"""Slip, relative to an element, up to which a node stays with the partner it started on.
+"""Slip up to which a node stays with the partner it started on, relative to the shortest edge between nodes there.
 
 Along the frozen normal such a slip opens no gap; the force acts a twentieth of an element aside. In return the matrix
-keeps one entry for each node where layers hardly slide, in place of nine.
+keeps one entry for each node where layers hardly slide, in place of nine (order 1).
 """
 
 

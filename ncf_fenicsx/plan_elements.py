@@ -146,10 +146,6 @@ class Overlaps:
         kept = shapely.area(polygons) > LEAST_PIECE * shapely.area(elements.polygons[quad[pair]])
         return cls(quad[pair[kept]], other[pair[kept]], polygons[kept])
 
-    def some(self, which: NDArray[np.bool_]) -> Overlaps:
-        """Some of them."""
-        return Overlaps(self.quad[which], self.other[which], self.polygons[which])
-
     def points(self, order: int) -> tuple[Floats, Floats, Integers]:
         """Points of integration (triangles, p, 2) in m, their weights (triangles, p) in m2, and each one's overlap."""
         reference, shares = (POINTS, POINT_WEIGHTS) if order == 1 else (MORE_POINTS, MORE_POINT_WEIGHTS)

@@ -29,7 +29,7 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     stack = build_mesh(scene, MPI.COMM_SELF)
     if scene.rigid_surfaces:
         Problem(scene, stack).contacts.check_start()
-    nodes = len(stack.mesh.geometry.x)
+    nodes = int(stack.numbers.max()) + 1
     unknowns = 3 * nodes
     facing = sum(len(stack.facets(lower_tag(layer))) for layer in stack.open_interfaces)
     laws = scene.laws

@@ -1,5 +1,6 @@
 """The program as it is called: commands, exit codes, demos."""
 
+import json
 import os
 import re
 import subprocess
@@ -37,6 +38,16 @@ def test_check_shows_the_scene_in_si_and_what_will_be_built():
     assert "unknowns: 24600" in ended.stdout
     assert "2880 facing facets" in ended.stdout
     assert re.search(r"expected memory: 0\.\d+ GB", ended.stdout)
+
+
+@pytest.mark.serial
+@pytest.mark.parametrize("order", [1, 2])
+def test_check_tells_the_unknowns_of_the_run(tmp_path, order):
+    words = (ROOT / "demos" / "long_roller.toml", "--set", "stack.divisions=[6, 2]", "--set", f"stack.order={order}")
+    checked = call("check", *words)
+    call("run", *words, "--set", "solver.max_steps=1", "--out", tmp_path / "run")
+    unknowns = json.loads((tmp_path / "run" / "run.json").read_text("utf-8"))["unknowns"]
+    assert f"unknowns: {unknowns}\n" in checked.stdout
 
 
 def test_a_run_that_ends_has_code_0_and_one_that_stops_code_1(tmp_path):

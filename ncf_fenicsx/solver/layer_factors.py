@@ -28,6 +28,7 @@ class LayerFactors:
         symmetric: LDL^T if so, else LU.
         packs: layer of each of this rank's owned nodes; layers that share nodes count as one.
         first: global number of its first dof.
+        held: its owned dofs whose displacement is given.
 
     Attributes:
         preconditioner: PETSc's, that applies them.
@@ -36,7 +37,9 @@ class LayerFactors:
     exact = False
     tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 
-    def __init__(self, comm: Any, symmetric: bool, packs: NDArray[np.int64], first: int) -> None:
+    def __init__(
+        self, comm: Any, symmetric: bool, packs: NDArray[np.int64], first: int, held: NDArray[np.int32]
+    ) -> None:
         highest = max(comm.tompi4py().allgather(int(packs.max(initial=0))))
         dofs = first + np.arange(3 * len(packs)).reshape(-1, 3)
 
@@ -47,7 +50,7 @@ class LayerFactors:
         self._parts = [part(dofs[:, 2]), *self._layers]
         self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._parts]
         self._matrix: Any = None
-        self._mode, self._motions = LowestMode(), list[Any]()
+        self._mode, self._motions = LowestMode(held), list[Any]()
         self._residual: Any = None
         self._drop_blocks()
         self.preconditioner = PETSc.PC().create(comm)

@@ -1,4 +1,4 @@
-"""Solves with the tangent: by its factors, or by GMRES with those of an earlier one or of the stack's parts."""
+"""Solves with the tangent: by its factors, or by GMRES with those of an earlier one or its parts, or multigrid."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Protocol
 from petsc4py import PETSc
 
 LARGE = 50_000
-"""Unknowns from which on a few Krylov steps cost less than factors."""
+"""Unknowns from which on factors are kept: below, runs take seconds either way, and new ones take fewer iterations."""
 ROUGH = 1e-3
 """What the factors make of a correction's residual, over the correction: exact enough for one that others follow.
 
@@ -51,7 +51,8 @@ class LinearSolver:
 
     Contact that opens or closes changes the tangent at few nodes, so old factors are a good preconditioner: in place of
     a factorisation, some solutions with factors at hand. But the pivots that tell of a loss of stability are
-    those of a step's own factors. So the correction that is taken to be the last of a step has new ones.
+    those of a step's own factors. So, where factors are exact, the correction that is taken to be the last of a step
+    has new ones.
 
     Args:
         factors: of the tangent.

@@ -18,20 +18,25 @@ DISTINCT = 1e-6
 
 
 class LowestMode:
-    """A vector with a low Rayleigh quotient, improved by locally optimal conjugate gradients (Knyazev 2001)."""
+    """A vector with a low Rayleigh quotient, improved by locally optimal conjugate gradients (Knyazev 2001).
 
-    def __init__(self) -> None:
+    Args:
+        held: owned local dofs whose displacement is given; their rows are those of the unit matrix.
+    """
+
+    def __init__(self, held: NDArray[np.int32]) -> None:
+        self._held = held
         self._mode: Any = None
 
     def curvature(self, matrix: Any, precondition: Callable[[Any, Any], None]) -> float:
-        """Rayleigh quotient in N/m after some improvements, or the first negative one.
+        """Rayleigh quotient in N/m after some improvements; no more of them once it is negative.
 
         Args:
             matrix: symmetric.
             precondition: writes the approximate inverse times its first argument into the second.
         """
         if self._mode is None:
-            self._mode = _start(matrix)
+            self._mode = self._start(matrix)
         mode, directions = _pair(matrix, self._mode), list[Pair]()
         for _ in range(STEPS):
             mode = _scaled(mode)
@@ -42,18 +47,22 @@ class LowestMode:
             residual.axpy(-quotient, mode[0])
             precondition(residual, downhill)
             basis = _orthonormal([mode, _pair(matrix, downhill), *directions])
+            if len(basis) < 2:  # it is an eigenvector, or nothing is a number
+                break
             shares = _lowest(basis)
             directions = [_sum(basis[1:], shares[1:])]
             mode = _sum(basis, shares)
-        self._mode = mode[0]
-        return float(mode[0].dot(mode[1]))
+        vector, image = _scaled(_pair(matrix, mode[0]))  # anew: round-off of the sums is no proof
+        quotient = float(vector.dot(image))
+        self._mode = vector if np.isfinite(quotient) else None
+        return quotient
 
-
-def _start(matrix: Any) -> Any:
-    """The same numbers whatever the ranks."""
-    start = matrix.createVecRight()
-    start.array[:] = np.sin(np.arange(*start.getOwnershipRange()) ** 2 % 97 + 1.0)
-    return start
+    def _start(self, matrix: Any) -> Any:
+        """Numbers without order."""
+        start = matrix.createVecRight()
+        start.array[:] = np.sin(np.arange(*start.getOwnershipRange()) ** 2 % 97 + 1.0)
+        start.array[self._held] = 0.0
+        return start
 
 
 def _pair(matrix: Any, vector: Any) -> Pair:
@@ -73,7 +82,7 @@ def _orthonormal(pairs: list[Pair]) -> list[Pair]:
     """Gram and Schmidt, without directions that are none."""
     basis: list[Pair] = []
     for vector, image in map(_scaled, pairs):
-        for other, other_image in basis:
+        for other, other_image in basis * 2:  # twice is enough
             share = vector.dot(other)
             vector.axpy(-share, other)
             image.axpy(-share, other_image)

@@ -35,7 +35,7 @@ class Multigrid:
     tolerance = 1e-5  # on graded meshes what it makes of a residual is too small
 
     def __init__(self, comm: Any, places: NDArray[np.float64], held: NDArray[np.int32]) -> None:
-        self._places, self._held, self._mode = places, held, LowestMode()
+        self._places, self._held, self._mode = places, held, LowestMode(held)
         for name, value in OPTIONS.items():
             PETSc.Options()[PREFIX + name] = value
         self.preconditioner = PETSc.PC().create(comm)

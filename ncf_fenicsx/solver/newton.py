@@ -117,11 +117,13 @@ class Newton:
         return words + (f"; its last tangent had {pivots} negative pivots" if pivots else "")
 
     def _negative_pivots(self, reason: int) -> int | None:
-        """Of the last factors; None where these are no LDL^T, or tell nothing."""
+        """Of the last factors, or a mode found without them; None with LU, or where they tell nothing."""
         unsolved = reason < 0 and not self.snes.getIterationNumber()
         failed = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
         if not self.system.symmetric or failed or unsolved:
             return None
+        if reason < 0 and not self.linear.factors.exact:
+            return None  # the search would go on from where there is no equilibrium
         if not self.linear.factorised:
             self.linear.factorise(self.tangent.assemble())
         return self.linear.factors.count_negative(self.tangent.matrix)
@@ -197,7 +199,8 @@ class Newton:
     def _factors(self) -> Factors:
         comm, symmetric = self.vector.comm, self.system.symmetric
         if self.settings.factors == "layers":
-            return LayerFactors(comm, symmetric, self.system.packs, self.vector.getOwnershipRange()[0])
+            first, _ = self.vector.getOwnershipRange()
+            return LayerFactors(comm, symmetric, self.system.packs, first, self._held)
         if self.settings.factors == "multigrid":
             places = self.system.displacement.function_space.tabulate_dof_coordinates()
             return Multigrid(comm, places[: self.vector.getLocalSize() // 3], self._held)

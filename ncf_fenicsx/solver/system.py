@@ -135,7 +135,8 @@ class Outcome:
         iterations: Newton iterations.
         reason: in words, why it ended.
         hopeless: whether no smaller step would hold either.
-        negative_pivots: of the last factors; more than none in equilibrium is a loss of stability. None with LU.
+        negative_pivots: of the last factors, or a mode found without them; more than none in equilibrium is a loss of
+            stability. None with LU.
     """
 
     converged: bool
