@@ -64,8 +64,10 @@ def test_roller_on_a_finer_mesh_with_ten_times_the_penalties(folder):
 
 
 @pytest.mark.serial
-@pytest.mark.parametrize("order", [1, 2])
-def test_one_two_and_three_ranks_give_one_history(folder, order):
+@pytest.mark.parametrize(
+    "mesh", [["stack.order=1"], ["stack.order=2", "stack.divisions=[12, 2]"]], ids=["order 1", "order 2"]
+)
+def test_one_two_and_three_ranks_give_one_history(folder, mesh):
     histories = []
     for ranks in (1, 2, 3):
         out = folder / f"ranks_{ranks}"
@@ -80,8 +82,7 @@ def test_one_two_and_three_ranks_give_one_history(folder, order):
             str(LONG_ROLLER),
             "--out",
             str(out),
-            "--set",
-            f"stack.order={order}",
+            *(word for text in mesh for word in ("--set", text)),
         ]
         subprocess.run(command, check=True, capture_output=True)
         with (out / "history.csv").open() as file:
