@@ -54,14 +54,14 @@ def _without_unused_nodes(space: Any) -> Any:
     size = int(owned.sum())
     start = every.comm.exscan(size) or 0
     numbers = la.vector(every, dtype=np.float64)  # global ones, exact as such up to 2^53
-    numbers.array[: every.size_local] = start + np.cumsum(owned) - 1
+    local = np.cumsum(owned) - 1
+    numbers.array[: every.size_local] = start + local
     numbers.scatter_forward()
     ghosts = np.setdiff1d(dofmap.list, np.arange(every.size_local))
     places = ghosts - every.size_local
     index_map = cpp.common.IndexMap(
         every.comm, size, numbers.array[ghosts].astype(np.int64), every.owners[places].astype(np.int32)
     )
-    local = np.cumsum(owned) - 1
     renumbered = np.concatenate([local, np.zeros(every.num_ghosts, dtype=np.int64)])
     renumbered[ghosts] = size + np.arange(len(ghosts))
     cells = cpp.graph.AdjacencyList_int32(renumbered[dofmap.list].astype(np.int32))

@@ -36,21 +36,17 @@ class Element:
     @cached_property
     def nodes(self) -> Floats:
         """Reference places, shape (nodes, 3)."""
-        middles = [corners.mean(axis=0) for _, _, corners in self._entities()]
-        return np.array([middle for middle in middles if self._bears_node(middle)])
+        return np.array([middle for _, _, middle in self._bearers()])
 
-    def _entities(self) -> list[tuple[int, int, Floats]]:
-        """Dimension, number and vertices of what may bear a node."""
+    def _bearers(self) -> list[tuple[int, int, Floats]]:
+        """Dimension, number and middle of each vertex, edge and face that bears a node: those within a level."""
         vertices, topology = basix.geometry(CELL), basix.topology(CELL)
-        return [
-            (dimension, number, vertices[entity])
+        entities = [
+            (dimension, number, vertices[entity].mean(axis=0))
             for dimension in range(1 if self.order == 1 else 3)
             for number, entity in enumerate(topology[dimension])
         ]
-
-    @staticmethod
-    def _bears_node(middle: Floats) -> bool:
-        return middle[2] in (0.0, 1.0)
+        return [entity for entity in entities if entity[2][2] in (0.0, 1.0)]
 
     @property
     def has_bare_entities(self) -> bool:
@@ -110,15 +106,12 @@ class Element:
         """The scalar element; a discontinuous one shares no node with its neighbours."""
         if self.order == 1:
             return basix.ufl.element("Lagrange", CELL, 1, discontinuous=discontinuous)
-        points: list[list[Floats]] = [[] for _ in range(4)]
-        for dimension, entities in enumerate(basix.topology(CELL)):
-            points[dimension] = [np.zeros((0, 3)) for _ in entities]
+        points: list[list[Floats]] = [[np.zeros((0, 3)) for _ in entities] for entities in basix.topology(CELL)]
         if discontinuous:
             points[3] = [self.nodes]
         else:
-            for dimension, number, corners in self._entities():
-                middle = corners.mean(axis=0)
-                points[dimension][number] = middle[None][: self._bears_node(middle)]
+            for dimension, number, middle in self._bearers():
+                points[dimension][number] = middle[None]
         values = [[np.eye(len(at)).reshape(len(at), 1, len(at), 1) for at in row] for row in points]
         # of the 27 products of three polynomials in x, y and z, the 18 without the last one in z
         span = np.eye(27)[np.arange(27) % 3 < 2]

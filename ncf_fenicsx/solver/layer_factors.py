@@ -113,4 +113,4 @@ class LayerFactors:
         most = max(factors.count_negative(block) for factors, block in zip(self._factors, self._blocks, strict=True))
         if most:
             return most
-        return int(self._mode.curvature(matrix, lambda b, x: self.apply(None, b, x)) < 0)
+        return int(self._mode.curvature(matrix, self.preconditioner.apply) < 0)

@@ -16,7 +16,8 @@ from ncf_fenicsx.solver.lowest_mode import LowestMode
 
 PREFIX = "ncf_multigrid_"
 OPTIONS = {"pc_gamg_reuse_interpolation": "true", "mg_levels_ksp_max_it": "1", "pc_gamg_threshold": "0.02"}
-"""Aggregates of nodes stay as they are while the tangent changes."""
+"""Aggregates of nodes stay as they are while the tangent changes, and follow strong links in flat cells; one smoothing
+before and after the coarse solution, as twice costs more than it saves."""
 
 
 class Multigrid:
@@ -36,6 +37,7 @@ class Multigrid:
 
     def __init__(self, comm: Any, places: NDArray[np.float64], held: NDArray[np.int32]) -> None:
         self._places, self._held, self._mode = places, held, LowestMode(held)
+        self._motions: Any = None
         for name, value in OPTIONS.items():
             PETSc.Options()[PREFIX + name] = value
         self.preconditioner = PETSc.PC().create(comm)
@@ -45,7 +47,8 @@ class Multigrid:
 
     def factorise(self, matrix: Any) -> int:
         """Coarse tangents of a matrix; PETSc's reason why there are none, 0 if there are."""
-        matrix.setNearNullSpace(self._rigid_motions(matrix))
+        self._motions = self._motions or self._rigid_motions(matrix)
+        matrix.setNearNullSpace(self._motions)
         self.preconditioner.setReusePreconditioner(False)
         self.preconditioner.setOperators(matrix)
         self.preconditioner.setUp()
