@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from ncf_fenicsx import Scene
+from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.solver import Newton
-from ncf_fenicsx.timing import Phases
+from ncf_fenicsx.solver.timing import Phases
 
 Floats = NDArray[np.float64]
 Case = tuple[Problem, Newton]

@@ -12,7 +12,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.machine import machine
+from ncf_fenicsx.study.machine import machine
 
 WAYS = {
     "penalty, factors 1000 and 10 (default)": [],

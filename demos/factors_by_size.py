@@ -15,9 +15,9 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 
-from ncf_fenicsx.machine import machine
-from ncf_fenicsx.report import read_history
+from ncf_fenicsx.report.summary_picture import read_history
 from ncf_fenicsx.study.launch import BARE, launch
+from ncf_fenicsx.study.machine import machine
 
 SCENE = Path(__file__).with_name("roller.toml")
 SET = ("stack.grading=[0, 0]", "laws.bending.modulus=0.1 GPa", "solver.force_tolerance=1e-4", *BARE)

@@ -11,18 +11,18 @@ from laws_compared import Worst
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.contracts import number
-from ncf_fenicsx.kinematics import Kinematics
 from ncf_fenicsx.laws.as_printed import NeoHookeanAsPrinted
 from ncf_fenicsx.laws.exponential import Exponential
 from ncf_fenicsx.laws.fibre_families import FibreFamilies
 from ncf_fenicsx.laws.gebart import Gebart
 from ncf_fenicsx.laws.growing_shear import GrowingShear
 from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.kinematics import Kinematics
 from ncf_fenicsx.laws.kozeny_carman import KozenyCarman
+from ncf_fenicsx.laws.law import number
 from ncf_fenicsx.laws.neo_hookean import NeoHookean
+from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.problem import Problem
 
 SCENE = Path(__file__).with_name("single_element.toml")
 KPA, MPA, GPA, MM_PER_MIN = 1e-3, 1e-6, 1e-9, 1e-3 / 60

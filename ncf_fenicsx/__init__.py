@@ -1,10 +1,11 @@
 """Implicit finite elements for the compaction and wrinkling of dry non-crimp fabric under rigid tools."""
 
 from ncf_fenicsx import laws, tools
+from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.version import VERSION
 
-__version__ = "0.1.0"
+__version__ = VERSION
 __all__ = ["Scene", "SceneError", "laws", "run", "tools"]
 
 

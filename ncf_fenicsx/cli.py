@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-import ncf_fenicsx
-from ncf_fenicsx.files import ResultError
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.version import VERSION
 
 BAD_INPUT, STOPPED, DONE = 2, 1, 0
 
@@ -28,7 +28,7 @@ Overrides = Annotated[
 def _root(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """Compaction and wrinkling of dry non-crimp fabric under rigid tools."""
     if version:
-        print(ncf_fenicsx.__version__)
+        print(VERSION)
         raise typer.Exit
 
 
@@ -66,7 +66,7 @@ def explicit_command(
 ) -> None:
     """March a scene by central differences, to compare with. Exit code 1 also where it was not quasi-static."""
     scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.explicit import run_explicit
+    from ncf_fenicsx.simulation.explicit import run_explicit
 
     result = run_explicit(scene, out or Path("results") / f"{file.stem}_explicit", overwrite=overwrite)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
@@ -77,8 +77,8 @@ def explicit_command(
 def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.preview import preview
-    from ncf_fenicsx.stepping import StepControl
+    from ncf_fenicsx.simulation.preview import preview
+    from ncf_fenicsx.simulation.stepping import StepControl
 
     duration = scene.milestones[-1]
     say(scene.to_toml() + "\n" + preview(scene, StepControl.of(scene.solver, duration), duration))
@@ -87,7 +87,7 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
 @app.command("keys")
 def keys_command() -> None:
     """List every key of a scene file with its unit, default and meaning."""
-    from ncf_fenicsx.reference import reference
+    from ncf_fenicsx.scene.keys import reference
 
     say(reference())
 
@@ -104,8 +104,8 @@ def compare_command(
     picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw both histories there.")] = None,
 ) -> None:
     """Hold a history against another one. Exit code 0: within the tolerance; 1: not; 2: bad input."""
-    from ncf_fenicsx.comparison import Comparison
-    from ncf_fenicsx.curves import Curves
+    from ncf_fenicsx.study.comparison import Comparison
+    from ncf_fenicsx.study.curves import Curves
 
     if picture is not None and (picture.suffix != ".png" or not picture.parent.is_dir()):
         raise SceneError(f"--picture {picture}: expected a file that ends with .png, in a folder that exists")
@@ -125,11 +125,11 @@ def benchmark_command(
     """Measure what the laws cost on this machine, on one rank; or what a scene's run costs, over one factorisation."""
     if file is not None:
         scene = Scene.read(file, overrides or ())
-        from ncf_fenicsx.run_benchmark import benchmark_run
+        from ncf_fenicsx.study.run_cost import benchmark_run
 
         say(benchmark_run(scene))
         return
-    from ncf_fenicsx.benchmark import benchmark
+    from ncf_fenicsx.study.law_cost import benchmark
 
     say(benchmark(divisions))
 
@@ -152,8 +152,8 @@ def stability_command(
 ) -> None:
     """Push a scene in every direction, one run after the other; a table, and a map of what held and what did not."""
     scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.study.runner import Runner
     from ncf_fenicsx.study.stability import study_stability
+    from ncf_fenicsx.study.stability_runner import Runner
 
     folder = out or Path("results") / f"{file.stem}_stability"
     say(study_stability(scene, Runner(file, folder, tuple(overrides or ()), refinement, limit, workers), axes))

@@ -7,10 +7,10 @@ from dolfinx import fem, la
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
+from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.problem import Problem
 from ncf_fenicsx.solver import Newton
-from ncf_fenicsx.timing import Phases
+from ncf_fenicsx.solver.timing import Phases
 
 COMM = MPI.COMM_WORLD
 

@@ -7,11 +7,11 @@ from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.contracts import number
+from ncf_fenicsx.kinds import kinds
 from ncf_fenicsx.laws.exponential import Exponential
 from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.law import number
 from ncf_fenicsx.laws.table import Table
-from ncf_fenicsx.parts import kinds
 
 pytestmark = pytest.mark.serial
 

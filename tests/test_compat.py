@@ -10,7 +10,7 @@ import pytest
 PROGRAM = """
 import dolfinx, ufl
 from mpi4py import MPI
-from ncf_fenicsx import compat
+from ncf_fenicsx.mesh import compat
 compat.WAITING, compat.JIT = 2, compat.JIT | {"timeout": 2}
 mesh = dolfinx.mesh.create_unit_cube(MPI.COMM_WORLD, 2, 2, 2)
 form = compat.compile_form(dolfinx.fem.Constant(mesh, 3.0) * ufl.dx(domain=mesh))

@@ -9,7 +9,7 @@ import pytest
 from assembled import COMM, assign, build
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.contact_measures import ContactMeasures
+from ncf_fenicsx.output.contact_measures import ContactMeasures
 
 QUIET = {"picture": False}
 ELASTIC = {"rate": {"kind": "none"}}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from assembled import COMM, assign, build, bumpy, forces, gradient_error
 
-from ncf_fenicsx import compat
+from ncf_fenicsx.mesh import compat
 
 SOFT = {"in_plane": {"modulus": "1 MPa"}}  # so that round-off of the fibres hides nothing else
 WAYS = {

@@ -7,9 +7,10 @@ import ufl
 from assembled import COMM, assign, build, gradient_error
 from dolfinx import fem
 
-from ncf_fenicsx import Scene, SceneError, compat, run
-from ncf_fenicsx.elements import Element, sub_quads
-from ncf_fenicsx.report import read_snapshots
+from ncf_fenicsx import Scene, SceneError, run
+from ncf_fenicsx.mesh import compat
+from ncf_fenicsx.mesh.elements import Element, sub_quads
+from ncf_fenicsx.report.summary_picture import read_snapshots
 
 X, Y, LAYERS, THICKNESS = 3, 2, 2, 2e-3
 

@@ -8,15 +8,15 @@ import pytest
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene, SceneError, run
-from ncf_fenicsx.central_differences import CentralDifferences
-from ncf_fenicsx.comparison import Comparison
-from ncf_fenicsx.curves import Curves
-from ncf_fenicsx.explicit import COLUMNS, ExplicitRun, run_explicit
+from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.problem import Problem
-from ncf_fenicsx.scene_run import Explicit
+from ncf_fenicsx.scene.settings import Explicit
+from ncf_fenicsx.simulation.central_differences import CentralDifferences
+from ncf_fenicsx.simulation.explicit import COLUMNS, ExplicitRun, run_explicit
 from ncf_fenicsx.solver import Newton
-from ncf_fenicsx.timing import Phases
+from ncf_fenicsx.solver.timing import Phases
+from ncf_fenicsx.study.comparison import Comparison
+from ncf_fenicsx.study.curves import Curves
 
 COMM = MPI.COMM_WORLD
 HEIGHT, LAYERS, MODULUS = 2e-3, 4, 1e6

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from ncf_fenicsx import Scene, SceneError, hexahedra, run
-from ncf_fenicsx.gmsh_file import read_gmsh
-from ncf_fenicsx.hexahedra import TAGS, Hexahedra, lower_tag, upper_tag
-from ncf_fenicsx.mesh import build_mesh, stack_of
+from ncf_fenicsx import Scene, SceneError, run
+from ncf_fenicsx.mesh import build_mesh, hexahedra
+from ncf_fenicsx.mesh.gmsh import read_gmsh
+from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, lower_tag, upper_tag
+from ncf_fenicsx.mesh.stack_mesh import stack_of
 
 COMM = MPI.COMM_WORLD
 SMALL = Path(__file__).parents[1] / "meshes" / "small_stack.msh"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
-from ncf_fenicsx.hexahedra import graded
-from ncf_fenicsx.mortar import dual_weights, integrals, normalised
+from ncf_fenicsx.contact.mortar import dual_weights, integrals, normalised
+from ncf_fenicsx.mesh.hexahedra import graded
 
 pytestmark = pytest.mark.serial
 

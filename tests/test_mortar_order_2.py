@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ncf_fenicsx.mortar import dual_weights, integrals, normalised
-from ncf_fenicsx.plan_elements import PlanElements
+from ncf_fenicsx.contact.face_overlaps import PlanElements
+from ncf_fenicsx.contact.mortar import dual_weights, integrals, normalised
 
 pytestmark = pytest.mark.serial
 

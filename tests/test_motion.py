@@ -2,7 +2,8 @@
 
 import pytest
 
-from ncf_fenicsx import Scene, motion
+from ncf_fenicsx import Scene
+from ncf_fenicsx.tools import path as motion
 
 
 def path(*segments):

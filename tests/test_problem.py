@@ -11,9 +11,9 @@ from dolfinx.fem import petsc as fem_petsc
 from laws_by_number import VF0, strained
 from petsc4py import PETSc
 
-from ncf_fenicsx import compat
-from ncf_fenicsx.contracts import number
-from ncf_fenicsx.measures import Measures
+from ncf_fenicsx.laws.law import number
+from ncf_fenicsx.mesh import compat
+from ncf_fenicsx.output.measures import Measures
 
 SUM = PETSc.Mat.InfoType.GLOBAL_SUM
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import ncf_fenicsx
-from ncf_fenicsx.measures import COLUMNS
-from ncf_fenicsx.reference import keys
+from ncf_fenicsx.output.measures import COLUMNS
+from ncf_fenicsx.scene.keys import keys
 
 ROOT = Path(__file__).parents[1]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -73,7 +73,7 @@ def test_wrong_input_in_parallel_is_one_line_and_code_2(tmp_path):
 def test_a_rank_that_fails_ends_all_ranks(tmp_path):
     script = tmp_path / "one_fails.py"
     script.write_text(
-        "from mpi4py import MPI\nimport ncf_fenicsx.cli as cli\nimport ncf_fenicsx.simulation as simulation\n"
+        "from mpi4py import MPI\nimport ncf_fenicsx.cli as cli\nfrom ncf_fenicsx.simulation import simulation\n"
         "original = simulation.Simulation.accept\n"
         "def accept(self, progress, size, outcome):\n"
         "    if MPI.COMM_WORLD.rank == 1 and progress.steps == 2:\n        raise RuntimeError('rank 1 fails')\n"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from assembled import COMM, build
 
-from ncf_fenicsx.solver.progress import RUNAWAY, Progress
+from ncf_fenicsx.solver.convergence import RUNAWAY, Progress
 
 
 class Contact:

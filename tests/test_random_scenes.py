@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.checkpoint import NAME
+from ncf_fenicsx.output.checkpoint import NAME
 
 pytestmark = pytest.mark.serial
 

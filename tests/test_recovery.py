@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.recovery import Recovery
+from ncf_fenicsx.output.error_estimate import Recovery
 
 COMM = MPI.COMM_WORLD
 LENGTH = 8e-3

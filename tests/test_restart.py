@@ -15,8 +15,8 @@ import pytest
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene, SceneError, run
-from ncf_fenicsx.checkpoint import NAME
-from ncf_fenicsx.files import ResultError, replace
+from ncf_fenicsx.output.checkpoint import NAME
+from ncf_fenicsx.output.safe_files import ResultError, replace
 
 COMM = MPI.COMM_WORLD
 ROOT = Path(__file__).parents[1]
@@ -193,7 +193,7 @@ def test_killed_at_ten_random_moments_a_run_ends_with_the_same_history(tmp_path)
 
 HALF_WRITTEN = """
 import os, signal
-from ncf_fenicsx import checkpoint
+from ncf_fenicsx.output import checkpoint
 whole = checkpoint._write
 def half(path, parts, progress):
     whole(path, parts, progress)
@@ -243,7 +243,7 @@ def test_a_signal_ends_a_run_with_its_last_good_state_saved(tmp_path, number, ra
 
 LIMITED = """
 import resource
-from ncf_fenicsx import simulation
+from ncf_fenicsx.simulation import simulation
 begin = simulation.Simulation._start
 def limited(self):
     resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))

@@ -7,7 +7,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.run_benchmark import benchmark_run
+from ncf_fenicsx.study.run_cost import benchmark_run
 
 
 def test_a_run_is_weighed(table, monkeypatch, folder):

@@ -13,10 +13,10 @@ import ufl
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.contracts import Tool
+from ncf_fenicsx.kinds import _parts
 from ncf_fenicsx.laws.exponential import Exponential
-from ncf_fenicsx.outputs import FILES, prepare_folder
-from ncf_fenicsx.parts import _parts
+from ncf_fenicsx.output.results_folder import FILES, prepare_folder
+from ncf_fenicsx.tools.rigid_surface import Tool
 from ncf_fenicsx.units import PositiveLength
 
 COMM = MPI.COMM_WORLD

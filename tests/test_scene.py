@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.reference import keys
+from ncf_fenicsx.scene.keys import keys
 from ncf_fenicsx.units import parse_quantity
 
 ROOT = Path(__file__).parents[1]

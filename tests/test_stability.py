@@ -9,7 +9,7 @@ import pytest
 from assembled import COMM, assign, build
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.energies import Energies
+from ncf_fenicsx.output.energies import Energies
 
 MODULUS, SHEAR = 1e9, 1e5
 

@@ -3,7 +3,7 @@
 import pytest
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.steadying import DEEP_TROUBLE, LOWER, PLAIN_TROUBLE, RAISE, TROUBLE, Steadying
+from ncf_fenicsx.simulation.stabilisation import DEEP_TROUBLE, LOWER, PLAIN_TROUBLE, RAISE, TROUBLE, Steadying
 
 
 def rule(stability_lost=True):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ncf_fenicsx.stepping import Ending, StepControl, march
+from ncf_fenicsx.simulation.stepping import Ending, StepControl, march
 
 CONTROL = StepControl(first=1.0, smallest=1e-3, largest=5.0, growth=1.5, cut=0.4, target_iterations=6, max_steps=100)
 

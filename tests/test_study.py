@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.study.grid import Case, stability_grid
-from ncf_fenicsx.study.runner import COLUMNS, Runner
 from ncf_fenicsx.study.stability import study_stability, summary
+from ncf_fenicsx.study.stability_grid import Case, stability_grid
 from ncf_fenicsx.study.stability_map import COLOURS, draw_map, verdict
+from ncf_fenicsx.study.stability_runner import COLUMNS, Runner
 
 pytestmark = pytest.mark.serial
 FILE = Path(__file__).parents[1] / "demos" / "long_roller.toml"

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from ncf_fenicsx import hexahedra
-from ncf_fenicsx.surface_lines import crossing_wavelength, spectral_wavelength
-from ncf_fenicsx.surfaces import Wrinkles, contact_extent, voids, wrinkles
+from ncf_fenicsx.mesh import hexahedra
+from ncf_fenicsx.output.surface_lines import crossing_wavelength, spectral_wavelength
+from ncf_fenicsx.output.surfaces import Wrinkles, contact_extent, voids, wrinkles
 
 pytestmark = pytest.mark.serial
 

@@ -5,7 +5,7 @@ import pytest
 from assembled import COMM, assign, build, bumpy, forces, gradient_error
 from dolfinx import fem
 
-from ncf_fenicsx import compat
+from ncf_fenicsx.mesh import compat
 
 SOFT = {"in_plane": {"modulus": "1 MPa"}}  # so that round-off of the fibres hides nothing else
 FAMILIES = {"kind": "fibre_families", "modulus": "2 MPa", "modulus_compression": "1 MPa", "transition": 1e-3}

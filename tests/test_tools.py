@@ -11,8 +11,8 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.parts import kinds
-from ncf_fenicsx.scene_errors import one_line
+from ncf_fenicsx.errors import one_line
+from ncf_fenicsx.kinds import kinds
 
 MM = 1e-3
 

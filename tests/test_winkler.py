@@ -11,7 +11,7 @@ import pytest
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.scene_stack import Stack
+from ncf_fenicsx.scene.stack import Stack
 from ncf_fenicsx.simulation import Simulation
 
 COMM = MPI.COMM_WORLD

@@ -6,9 +6,9 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.contracts import InPlaneLaw
-from ncf_fenicsx.kinematics import Expression, Kinematics
-from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.kinds import parameter
+from ncf_fenicsx.laws.elasticity import InPlaneLaw
+from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.units import PositiveStress
 
 

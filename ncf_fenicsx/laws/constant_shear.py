@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ufl
 
-from ncf_fenicsx.contracts import ShearLaw
-from ncf_fenicsx.kinematics import Expression, Kinematics
-from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.kinds import parameter
+from ncf_fenicsx.laws.elasticity import ShearLaw
+from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.units import PositiveStress
 
 

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Self
 import ufl
 from pydantic import PlainValidator, PrivateAttr, model_validator
 
-from ncf_fenicsx.contracts import HyperelasticInPlaneLaw
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.laws.elasticity import HyperelasticInPlaneLaw
+from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.units import PositiveStress
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ncf_fenicsx.kinematics import Expression, Kinematics
+from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.constant_shear import ConstantShear
-from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 
 
 class GrowingShear(ConstantShear):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ncf_fenicsx.contracts import CompactionLaw, positive
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.laws.compaction import CompactionLaw, positive
+from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.units import PositiveStress
 
 

@@ -7,10 +7,10 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
-from ncf_fenicsx import motion
-from ncf_fenicsx.contracts import CompactionStep, RateLaw, positive, real
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.laws.compaction import CompactionStep, RateLaw, positive
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.laws.law import real
 from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
 
 
@@ -52,7 +52,7 @@ class KellyRate(RateLaw):
 
     def check(self, scene: Any) -> None:
         """Raise where the factor is negative or beyond numbers, at rest, at v_ref or at a speed of the process."""
-        speeds = [motion.closing_speed((segment,), 0.0) for segment in scene.segments if self.feed == "process"]
+        speeds = [segment.closing_speed for segment in scene.segments if self.feed == "process"]
         for speed in (0.0, self.v_ref, *speeds):
             factor = real(self.growth, speed)
             if not 0 < factor < math.inf:

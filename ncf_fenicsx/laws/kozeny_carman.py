@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ncf_fenicsx.contracts import PermeabilityLaw
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import parameter
+from ncf_fenicsx.kinds import parameter
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.laws.permeability import PermeabilityLaw
 from ncf_fenicsx.units import PositiveLength
 
 

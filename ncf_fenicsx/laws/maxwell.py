@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ufl
 
-from ncf_fenicsx.contracts import CompactionStep, RelaxationLaw
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import Settings, parameter
+from ncf_fenicsx.kinds import Settings, parameter
+from ncf_fenicsx.laws.compaction import CompactionStep, RelaxationLaw
+from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.units import PositiveTime
 
 

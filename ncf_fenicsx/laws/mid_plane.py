@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ncf_fenicsx.contracts import BendingLaw
-from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.laws.elasticity import BendingLaw
+from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.neo_hookean import plane_stress_energy
-from ncf_fenicsx.parts import impossible, parameter
 from ncf_fenicsx.units import PositiveStress
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.contracts import CompactionStep, UnloadingLaw
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.laws.compaction import CompactionStep, UnloadingLaw
+from ncf_fenicsx.laws.kinematics import Expression
 
 TINY = 1e-12
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ufl
 
-from ncf_fenicsx.contracts import SolidLaw
-from ncf_fenicsx.kinematics import Expression, Kinematics
+from ncf_fenicsx.laws.elasticity import SolidLaw
+from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 
 
 class SolidLogarithmic(SolidLaw):

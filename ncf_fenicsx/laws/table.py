@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy.interpolate import PchipInterpolator
 
-from ncf_fenicsx.contracts import CompactionLaw, positive
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import Symbols, impossible, parameter
+from ncf_fenicsx.kinds import Symbols, impossible, parameter
+from ncf_fenicsx.laws.compaction import CompactionLaw, positive
+from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.units import Stress
 
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]

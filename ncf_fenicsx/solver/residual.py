@@ -9,7 +9,7 @@ from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ncf_fenicsx.solver.system import System
+from ncf_fenicsx.solver.equations import System
 
 Floats = NDArray[np.float64]
 ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE

@@ -9,8 +9,8 @@ from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ncf_fenicsx import compat
-from ncf_fenicsx.solver.system import Integers, System
+from ncf_fenicsx.mesh import compat
+from ncf_fenicsx.solver.equations import Integers, System
 
 ADD = PETSc.InsertMode.ADD
 PATTERN_AT_ONCE = 100_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ncf_fenicsx.scene_errors import SceneError
+from ncf_fenicsx.errors import SceneError
 
 
 def chosen(names: Iterable[str], beginnings: list[str] | None, option: str) -> set[str]:

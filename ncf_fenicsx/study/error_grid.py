@@ -6,11 +6,11 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ncf_fenicsx.contracts import RigidSurface
+from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene_errors import SceneError
-from ncf_fenicsx.scene_stack import OneSided
+from ncf_fenicsx.scene.stack import OneSided
 from ncf_fenicsx.study.launch import folder_name
+from ncf_fenicsx.tools.rigid_surface import RigidSurface
 from ncf_fenicsx.units import PenaltyStiffness
 
 TOGETHER = "all refined together"

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from rich.progress import track
 
-from ncf_fenicsx.machine import machine
-from ncf_fenicsx.report import read_history
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.report.summary_picture import read_history
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene_errors import SceneError
 from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
 from ncf_fenicsx.study.launch import BARE, Ended, launch
+from ncf_fenicsx.study.machine import machine
 from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.table import Row, Table
 from ncf_fenicsx.study.work_precision import draw_work_precision

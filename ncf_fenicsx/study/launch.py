@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ncf_fenicsx.report import read_record
+from ncf_fenicsx.report.summary_picture import read_record
 
 BARE = ("output.picture=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and no picture."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from ncf_fenicsx.files import replace, told
+from ncf_fenicsx.output.safe_files import replace, told
 
 Row = dict[str, str]
 

@@ -1,7 +1,26 @@
-"""Rigid tools, one file each. Importing this package makes every file in it known to scenes."""
+"""Rigid tools and moulds, and the paths that tools follow.
 
-import importlib
-import pkgutil
+Importing this package makes every kind known to scenes; a tool in a script of its own registers itself.
+"""
 
-for _module in pkgutil.iter_modules(__path__):
-    importlib.import_module(f"{__name__}.{_module.name}")
+from ncf_fenicsx.tools import (
+    cylinder,
+    mould_cylinder,
+    mould_plate,
+    mould_sphere,
+    plate,
+    presser_foot,
+    profile,
+    sphere,
+)
+
+__all__ = [
+    "cylinder",
+    "mould_cylinder",
+    "mould_plate",
+    "mould_sphere",
+    "plate",
+    "presser_foot",
+    "profile",
+    "sphere",
+]

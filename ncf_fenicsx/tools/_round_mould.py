@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contracts import Mould
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import parameter
-from ncf_fenicsx.tools._outline import arc
+from ncf_fenicsx.kinds import parameter
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.tools.outlines import arc
+from ncf_fenicsx.tools.rigid_surface import Mould
 from ncf_fenicsx.units import PositiveLength
 
 

@@ -9,10 +9,10 @@ import ufl
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ncf_fenicsx.contracts import Tool
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import impossible, parameter
-from ncf_fenicsx.tools._outline import circle
+from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.tools.outlines import circle
+from ncf_fenicsx.tools.rigid_surface import Tool
 from ncf_fenicsx.units import NonNegativeLength, PositiveLength, WidthOrInfinite
 
 

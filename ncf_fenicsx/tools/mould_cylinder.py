@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ufl
 
-from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.tools._round_mould import RoundMould
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contracts import Mould
-from ncf_fenicsx.kinematics import Expression
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.tools.rigid_surface import Mould
 
 
 class PlateMould(Mould):

@@ -6,10 +6,10 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contracts import Tool
-from ncf_fenicsx.kinematics import Expression
-from ncf_fenicsx.parts import parameter
-from ncf_fenicsx.tools._outline import circle
+from ncf_fenicsx.kinds import parameter
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.tools.outlines import circle
+from ncf_fenicsx.tools.rigid_surface import Tool
 from ncf_fenicsx.units import PositiveLength
 
 

@@ -1,0 +1,48 @@
+"""The deformed fabric as contact sees it: where its points are, how it moved in the step, what presses on its faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import ufl
+
+from ncf_fenicsx.kinds import Symbols
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.mesh.faces import NodalSpaces
+
+
+@dataclass(frozen=True)
+class Body:
+    """Fields and symbols that forms of contact are written with.
+
+    Attributes:
+        spaces: nodal spaces of the mesh.
+        displacement: trial displacement in m.
+        start: displacement in m at the start of the step.
+        variation: test function.
+        symbols: makes constants.
+        own_pressure: makes the pressure in Pa, per reference area, that the layer's stress has on its faces.
+        natural_stiffness: compaction tangent over thickness in Pa/m, that factors of stiffness refer to.
+        thickness: of a layer in m.
+    """
+
+    spaces: NodalSpaces
+    displacement: Any
+    start: Any
+    variation: Any
+    symbols: Symbols
+    own_pressure: Callable[[], Expression]
+    natural_stiffness: float
+    thickness: float
+
+    @property
+    def place(self) -> Expression:
+        """Current places in m."""
+        return ufl.SpatialCoordinate(self.spaces.mesh) + self.displacement
+
+    @property
+    def motion(self) -> Expression:
+        """Displacement in m since the start of the step."""
+        return self.displacement - self.start

@@ -1,0 +1,1 @@
+"""The equations of a scene: fields, terms of the virtual work, supports, admissible states."""

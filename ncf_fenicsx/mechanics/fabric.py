@@ -1,0 +1,105 @@
+"""The fabric: its laws of fibres, compaction and shear at work together. Pure UFL."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import ufl
+
+from ncf_fenicsx.laws.compaction import CompactionStep
+from ncf_fenicsx.laws.elasticity import InPlaneLaw
+from ncf_fenicsx.laws.kinematics import Expression, ExtrapolatedKinematics, Kinematics, deformation_gradient, in_plane
+from ncf_fenicsx.mechanics.material import Clock, Material, Volumes, normal_stress_of
+from ncf_fenicsx.scene.laws import Laws
+
+
+@dataclass(frozen=True)
+class Fabric(Material):
+    """The laws of a layer of fabric.
+
+    Attributes:
+        laws: with symbols for their parameters.
+        initial_volume_fraction: Vf0.
+        clock: what a step tells the laws.
+        states: fields of the states at the start of a step, by name; Vf is always among them.
+    """
+
+    laws: Laws
+    initial_volume_fraction: Expression
+    clock: Clock
+    states: dict[str, Any] = field(default_factory=dict)
+
+    def kinematics(self, displacement: Any) -> Kinematics:
+        """Strains of a displacement field."""
+        F = deformation_gradient(displacement)
+        return Kinematics(F, self.initial_volume_fraction, self.laws.volume_fraction)
+
+    def compaction_step(self, kinematics: Kinematics) -> CompactionStep:
+        """What the laws of compaction are told."""
+        vf0 = self.initial_volume_fraction
+        return CompactionStep(
+            volume_fraction=kinematics.volume_fraction,
+            old_volume_fraction=self.states["volume_fraction"],
+            initial_volume_fraction=vf0,
+            time_step=self.clock.time_step,
+            inverse_time_step=self.clock.inverse_time_step,
+            process_speed=self.clock.process_speed,
+            loading=lambda vf: self.laws.compaction.pressure(vf, vf0),
+        )
+
+    def pressure(self, kinematics: Kinematics) -> Expression:
+        """Compaction pressure in Pa, per reference area: rate factor times slow pressure, plus what relaxes."""
+        laws, step = self.laws, self.compaction_step(kinematics)
+        unloading, relaxation = laws.unloading, laws.relaxation
+        slow = step.loading(step.volume_fraction) if unloading is None else unloading.pressure(step, self.states)
+        pressure = laws.rate.apply(step, slow)
+        return pressure if relaxation is None else pressure + relaxation.pressure(step, self.states)
+
+    def normal_stress(self, kinematics: Kinematics) -> Expression:
+        """Of the pressure per reference area, and of a shear energy that follows the thickness, in Pa."""
+        shear = normal_stress_of(self.laws.shear.energy, kinematics)
+        return shear - self.pressure(kinematics) / kinematics.area_stretch
+
+    def updated_states(self, displacement: Any) -> dict[str, Expression]:
+        """Vf and the states of the laws at the end of a step."""
+        step = self.compaction_step(self.kinematics(displacement))
+        states = {"volume_fraction": step.volume_fraction}
+        for law in self.laws.stateful:
+            states |= law.updated_states(step, self.states)
+        return states
+
+    def internal_work(self, displacement: Any, variation: Any, volumes: Volumes) -> ufl.Form:
+        """Virtual work (J) of all stresses of the laws."""
+        kinematics = self.kinematics(displacement)
+        stretch_change = ufl.derivative(kinematics.thickness_stretch, displacement, variation)
+        compaction = -self.pressure(kinematics) * stretch_change * volumes.all
+        shear = ufl.derivative(self.laws.shear.energy(kinematics) * volumes.all, displacement, variation)
+        change = in_plane(ufl.sym(kinematics.deformation_gradient.T * ufl.grad(variation)))
+        return self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes) + compaction + shear
+
+    def extrapolated_tangent(
+        self, displacement: Any, last_iterate: Any, variation: Any, increment: Any, volumes: Volumes
+    ) -> ufl.Form:
+        """What to add to the plain tangent so that its geometric part uses the extrapolated membrane stress.
+
+        The fibres are about a million times stiffer than the fabric across its thickness. A full Newton step in the
+        deflection w adds a membrane strain w'^2 / 2, of second order, whose spurious stress wrecks the next tangent.
+        Taking the stress at the strain that the last step's linear model predicted removes it from the tangent; the
+        residual, and so the solution, stay as they are. (Magisano, Leonetti, Garcea 2017, "mixed integration point".)
+        """
+        now, start = self.kinematics(displacement), deformation_gradient(last_iterate)
+        predicted = ExtrapolatedKinematics(
+            now.deformation_gradient, now.initial_volume_fraction, now.measure, start=start
+        )
+        second_change = in_plane(ufl.sym(ufl.grad(variation).T * ufl.grad(increment)))
+        return self._fibres(lambda law: ufl.inner(law.stress(predicted) - law.stress(now), second_change), volumes)
+
+    def _fibres(self, density: Callable[[InPlaneLaw], Expression], volumes: Volumes) -> ufl.Form:
+        """Integral of a density of the in-plane laws: the fibres' own, and that of bending off the mid-plane."""
+        fibres, bending = density(self.laws.in_plane), self.laws.bending
+        if bending is None:
+            return fibres * volumes.all
+        varying = density(bending)
+        return (fibres - varying) * volumes.mid_plane + varying * volumes.all

@@ -1,0 +1,181 @@
+"""What is measured of contacts and of the faces between layers, in each accepted state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.contact.layer_contact import LayerContact
+from ncf_fenicsx.contact.rigid_contact import RigidContact
+from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mesh.faces import SharedFace
+from ncf_fenicsx.mesh.hexahedra import lower_tag
+from ncf_fenicsx.output.surfaces import contact_extent, voids, wrinkles
+from ncf_fenicsx.output.symmetry import WholeFace
+
+Floats = NDArray[np.float64]
+
+OPEN = 0.01
+"""Opening over a layer's thickness from which on it is a void with a length."""
+
+RIGID_COLUMNS = {
+    "pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
+    "contact_width": ("m", "extent of the contact along x, of the whole, to half the distance of nodes at each end"),
+    "contact_length": ("m", "extent of the contact along y, of the whole, to half the distance of nodes at each end"),
+    "penetration_max": ("m", "deepest penetration of a node"),
+}
+OPENING_COLUMNS = {
+    "gap_max": ("m", "widest opening"),
+    "void_volume": ("m3", "volume of the openings, of the whole"),
+    "void_longest": ("m", "longest extent along x or y of a connected opening wider than 1 % of a layer"),
+    "slip_max": ("m", "largest slip of the two faces along each other since the start"),
+    "interface_pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
+    "interface_penetration_max": ("m", "deepest penetration of a node"),
+}
+WAVE_COLUMNS = {
+    "wrinkle_amplitude": ("m", "half the difference of highest and lowest deflection of the face"),
+    "wrinkle_wavelength": ("m", "twice the mean distance of zero crossings on the highest line; 0 without a wave"),
+    "misalignment_max": ("rad", "largest angle between a line of the face and its undeformed direction"),
+    "curvature_max": ("1/m", "largest second derivative of the deflection along a line of the face"),
+}
+
+
+class ContactMeasures:
+    """Evaluates the contacts of a problem.
+
+    Args:
+        problem: what is measured.
+
+    Attributes:
+        nodes: ``contact_pressure`` (Pa, per current area), ``gap`` (m, between layers) and ``slip`` (m) at this rank's
+            local nodes in the last observed state, of which a scene has what it names.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        area_vector = problem.material.kinematics(problem.displacement).area_vector
+        self.rigid = [_RigidFace(contact, area_vector, problem) for contact in problem.contacts.rigid]
+        self.layers = [_LowerFace(contact, area_vector) for contact in problem.contacts.layers]
+        self.faces = [self._face_above(layer) for layer in range(problem.scene.stack.layers - 1)]
+        self._contact_of = {
+            face.layer: layer for layer in self.layers for face in layer.contact.pairing.interfaces
+        }  # of those that may open
+        self.nodes: dict[str, Floats] = {}
+
+    def _face_above(self, layer: int) -> tuple[SharedFace, WholeFace]:
+        """Upper face of a layer, and itself with its mirror images."""
+        stack, spaces = self.problem.stack, self.problem.contacts.body.spaces
+        face = SharedFace(spaces, stack.facets(lower_tag(layer)))
+        return face, WholeFace(face.undeformed, face.quads, self.problem.scene.stack.sides)
+
+    def observe(self) -> dict[str, float]:
+        """Columns of the history in the trial state; keeps the fields at nodes."""
+        self._fields()
+        tools = len(self.problem.contacts.tools)
+        row: dict[str, float] = {}
+        for number, rigid in enumerate(self.rigid):
+            names = (numbered(name, number) if number < tools else f"mould_{name}" for name in RIGID_COLUMNS)
+            row |= dict(zip(names, rigid.columns(), strict=True))
+        displacement = self.problem.displacement.x.array.reshape(-1, 3)
+        for number, (face, whole) in enumerate(self.faces):
+            values = dict(zip(WAVE_COLUMNS, self._waves(face, whole, displacement), strict=True))
+            if number in self._contact_of:
+                values = self._opening(face, whole, self._contact_of[number]) | values
+            row |= {f"{name}_{number + 1}": value for name, value in values.items()}
+        return row
+
+    def _fields(self) -> None:
+        pressures = [rigid.observe() for rigid in self.rigid] + [layer.observe() for layer in self.layers]
+        self.nodes = {"contact_pressure": np.sum(pressures, axis=0)} if pressures else {}
+        if self.layers:
+            self.nodes["gap"] = np.sum([layer.contact.gaps() for layer in self.layers], axis=0)
+            slips = [np.linalg.norm(layer.contact.slipped(), axis=1) for layer in self.layers]
+            self.nodes["slip"] = np.sum(slips, axis=0)
+
+    def _opening(self, face: SharedFace, whole: WholeFace, layer: _LowerFace) -> dict[str, float]:
+        """Values of `OPENING_COLUMNS`."""
+        gap, area, slip, pressure = (
+            face.gather(values)[whole.source]
+            for values in (self.nodes["gap"], layer.contact.face.area, self.nodes["slip"], layer.pressure)
+        )
+        open_ = voids(whole.places(face.undeformed)[:, :2], whole.quads, gap, area, OPEN * self.problem.length)
+        # a node on a symmetry plane has but a part of its share in the model
+        volume = self.problem.scene.stack.sides.copies * float(face.gather(layer.opened_volume()).sum())
+        deepest = float((-gap).max(initial=0.0))
+        values = [open_.widest_opening, volume, open_.longest, float(slip.max()), float(pressure.max()), deepest]
+        return dict(zip(OPENING_COLUMNS, values, strict=True))
+
+    def _waves(self, face: SharedFace, whole: WholeFace, displacement: Floats) -> list[float]:
+        """Values of `WAVE_COLUMNS` of a displacement in m at this rank's local nodes, shape (nodes, 3)."""
+        deflection = face.gather(displacement)[whole.source, 2]
+        waves = wrinkles(whole.places(face.undeformed)[:, :2], deflection)
+        return [waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
+
+    def wavelength(self, displacement: Floats) -> float:
+        """Wavelength in m of the face between layers that a displacement at this rank's local nodes deflects most."""
+        waves = [self._waves(face, whole, displacement) for face, whole in self.faces]
+        return max(waves, default=[0.0, 0.0])[1]
+
+
+class _CurrentArea:
+    """Pressure per current area at the nodes of a face."""
+
+    def __init__(self, contact: RigidContact | LayerContact, area_vector: Any) -> None:
+        self.face, self._pressure_form = contact.face, contact.pressure_form
+        self._area_form = contact.face.density(area_vector)
+
+    def pressure(self) -> Floats:
+        """Force over current area at this rank's local nodes in Pa; 0 off the face."""
+        force, area = self.face.assembled(self._pressure_form), self.face.assembled(self._area_form)
+        size = np.linalg.norm(area, axis=1)
+        return np.divide(force, size, out=np.zeros_like(force), where=size > 0)
+
+
+class _RigidFace:
+    """Measures of the contact with one rigid surface."""
+
+    def __init__(self, contact: RigidContact, area_vector: Any, problem: Problem) -> None:
+        self.contact, self.problem = contact, problem
+        self._current = _CurrentArea(contact, area_vector)
+        self._shared = SharedFace(problem.contacts.body.spaces, contact.face.facets)
+        self._whole = WholeFace(self._shared.undeformed, self._shared.quads, problem.scene.stack.sides)
+        self._pressure: Floats = np.zeros(0)
+
+    def observe(self) -> Floats:
+        """Pressure per current area at this rank's local nodes in Pa."""
+        self._pressure = self._current.pressure()
+        return self._pressure
+
+    def columns(self) -> list[float]:
+        """Values of `RIGID_COLUMNS`."""
+        shared, whole = self._shared, self._whole
+        gap = shared.gather(self.contact.gaps())
+        places = shared.undeformed + shared.gather(self.problem.displacement.x.array.reshape(-1, 3))
+        # half-way between the last node in contact and the next: next to a penetration, which is as good as nothing,
+        # interpolating the gap itself would always end the contact at its last node
+        closed = np.where(gap[whole.source] > 0, 1.0, -1.0)
+        width, length = contact_extent(whole.places(places)[:, :2], whole.quads, closed)
+        deepest = float((-gap).max(initial=0.0))
+        return [float(shared.gather(self._pressure).max(initial=0.0)), width, length, deepest]
+
+
+class _LowerFace:
+    """Measures of the contacts between layers of one kind."""
+
+    def __init__(self, contact: LayerContact, area_vector: Any) -> None:
+        self.contact = contact
+        self._current = _CurrentArea(contact, area_vector)
+        self.pressure: Floats = np.zeros(0)
+
+    def observe(self) -> Floats:
+        """Pressure per current area at this rank's local nodes in Pa."""
+        self.pressure = self._current.pressure()
+        return self.pressure
+
+    def opened_volume(self) -> Floats:
+        """Share of each local node in the volume of the openings in m3, of the modelled part."""
+        volume: Floats = np.maximum(self.contact.gaps(), 0.0) * self.contact.face.area
+        return volume

@@ -1,0 +1,145 @@
+"""What is measured of an accepted state: forces, fibre volume fractions, penetration, gaps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mesh import compat
+from ncf_fenicsx.output.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, WAVE_COLUMNS, ContactMeasures
+from ncf_fenicsx.output.energies import COLUMNS as ENERGY_COLUMNS
+from ncf_fenicsx.output.energies import Energies
+from ncf_fenicsx.output.error_estimate import Recovery
+
+Floats = NDArray[np.float64]
+
+COLUMNS = {
+    "time": ("s", "time at the end of the step"),
+    "time_step": ("s", "size of the step"),
+    "tool_displacement": ("m", "how far the tool has moved down"),
+    "tool_force": ("N", "upward force of the fabric on the tool, of the whole, mirror images included"),
+    "support_force": ("N", "upward force of the supports, mould included, on the fabric, of the whole"),
+    "weight": ("N", "weight of the fabric, of the whole; support_force = the tools' forces + weight"),
+    "vf_min": ("1", "smallest fibre volume fraction, by cell"),
+    "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
+    "vf_max": ("1", "largest fibre volume fraction, by cell"),
+    "vf_error": (
+        "1",
+        "estimated error of the field of Vf by the mesh, over the field's change, root mean squares",
+    ),
+    **ENERGY_COLUMNS,
+    **RIGID_COLUMNS,
+    **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
+    "negative_pivots": (
+        "1",
+        "of the tangent at the end of the step: 0 is stable; where it is symmetric. "
+        "With factors of layers no more than these, and 0 only where no mode is found",
+    ),
+    "newton_iterations": ("1", "Newton iterations of the step"),
+    "step_cuts": ("1", "attempts at the step that failed before"),
+    "wall_time": ("s", "time since the start of the program's run"),
+}
+"""Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``.
+
+A solid has no Vf, and none of its columns. Columns of tools are those of the first; ``tool_force_2`` and so on are of
+the next ones, ``mould_...`` of the mould. Columns that end with N are of the interface above layer N; a bonded one has
+those of its waves.
+"""
+
+
+class Measures:
+    """Evaluates a problem's state.
+
+    Args:
+        problem: what is measured.
+
+    Attributes:
+        cells: means over this rank's cells in the last observed state, by name: ``volume_fraction`` (1), ``stress_33``
+            (Pa), ``permeability_along`` and ``permeability_across`` (m2), of which a scene has what it names.
+        contacts: measures of contacts, with their fields at nodes.
+        energies: work of the tools.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        scene, mesh = problem.scene, problem.mesh
+        self.copies = scene.stack.sides.copies
+        cells = fem.functionspace(mesh, ("DG", 0))
+        indicator = ufl.TestFunction(cells)
+        material, volume = problem.material, problem.volumes.all
+        kinematics = material.kinematics(problem.displacement)
+        densities = {"volume": 1.0, "stress_33": material.normal_stress(kinematics)}
+        self.has_fibres = scene.laws.solid is None
+        if self.has_fibres:
+            densities["volume_fraction"] = kinematics.volume_fraction
+        self.cells: dict[str, Floats] = {}
+        self._forms = {name: compat.compile_form(density * indicator * volume) for name, density in densities.items()}
+        self._volume = self._integrals("volume")
+        self._recovery = Recovery(problem.contacts.body.spaces.scalars, self._volume)
+        weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
+        self._weight = self._vertical_force(weight)
+        self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
+
+    def observe(self, residual: Floats) -> dict[str, float]:
+        """Measured columns of the history in the trial state, before it is committed: stress follows the states before.
+
+        Args:
+            residual: out-of-balance forces in N of the owned dofs, reactions included.
+        """
+        self.cells = {name: self._integrals(name) / self._volume for name in self._forms if name != "volume"}
+        permeability = self.problem.scene.output.permeability
+        if permeability is not None:
+            vf = self.cells["volume_fraction"]
+            self.cells |= {"permeability_along": permeability.along(vf), "permeability_across": permeability.across(vf)}
+        row = self._tools() | self._supports(residual) | {"weight": self.copies * self._weight}
+        if self.has_fibres:
+            row |= self._volume_fractions(self.cells["volume_fraction"])
+        return row | self.energies.observe() | self.contacts.observe()
+
+    def _tools(self) -> dict[str, float]:
+        row = {}
+        for number, tool in enumerate(self.problem.contacts.tools):
+            row[numbered("tool_displacement", number)] = tool.lowered()
+            row[numbered("tool_force", number)] = self.copies * float(tool.force()[2])
+        return row
+
+    def _supports(self, residual: Floats) -> dict[str, float]:
+        problem = self.problem
+        support = problem.comm.allreduce(float(residual[problem.supports.vertical_dofs].sum()))
+        if problem.contacts.mould is not None:
+            support -= float(problem.contacts.mould.force()[2])
+        return {"support_force": self.copies * support}
+
+    def _vertical_force(self, form: Any) -> float:
+        """Sum of the nodal forces along z of a compiled residual term in N, of the modelled part; 0 for None."""
+        if form is None:
+            return 0.0
+        return float(self.problem.comm.allreduce(self.problem.contacts.body.spaces.forces(form)[:, 2].sum()))
+
+    def _volume_fractions(self, vf: Floats) -> dict[str, float]:
+        comm, stack = self.problem.comm, self.problem.stack
+        columns = {
+            "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
+            "vf_mean": self._mean(vf, slice(None)),
+            "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
+            "vf_error": self._recovery.error(vf, self.problem.scene.stack.initial_volume_fraction),
+        }
+        for number in range(self.problem.scene.stack.layers):
+            columns[f"vf_mean_layer_{number + 1}"] = self._mean(vf, stack.layer == number)
+        return columns
+
+    def _integrals(self, name: str) -> Floats:
+        values: Any = fem.assemble_vector(self._forms[name]).array
+        return values[: len(self.problem.stack.layer)].copy()
+
+    def _mean(self, values: Floats, cells: NDArray[np.bool_] | slice) -> float:
+        volume = self._volume[cells]
+        total, weighted = self.problem.comm.allreduce(np.array([volume.sum(), values[cells] @ volume]))
+        return float(weighted / total)

@@ -1,0 +1,1 @@
+"""Pictures and pages, drawn from a results folder and nothing else."""

@@ -1,0 +1,243 @@
+"""The case as frozen, validated data: read from TOML, quantities converted to SI, errors in one line."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import tomli_w
+from pydantic import ValidationError, model_validator
+
+from ncf_fenicsx.errors import SceneError, one_line
+from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
+from ncf_fenicsx.laws.law import real
+from ncf_fenicsx.scene.laws import Laws
+from ncf_fenicsx.scene.settings import Explicit, Output, Solver
+from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
+from ncf_fenicsx.tools import path as motion
+from ncf_fenicsx.tools.path import Segment
+from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
+from ncf_fenicsx.units import Acceleration, PositiveTime
+
+
+class Scene(Settings):
+    """One case: what is pressed by what, by which laws, and how it is solved and written."""
+
+    title: str = parameter("untitled", min_length=1, description="name in pictures and reports")
+    stack: Stack = parameter(Stack(), description="layers and mesh")
+    laws: Laws = parameter({}, description="constitutive laws")
+    interface: Annotated[tuple[Bonded | OneSided, ...], Choices("interface", "one_sided")] = parameter(
+        {}, description="how layers meet, one for all or a list from the bottom up"
+    )
+    tool: Annotated[tuple[Tool, ...], Choices("tool", "cylinder")] = parameter(
+        (), description="rigid tool, or a list of tools; none unless given"
+    )
+    mould: Annotated[Mould, Choice("mould", "cylinder")] | None = parameter(
+        None, description="rigid mould below the stack; a plane that holds its bottom down unless given"
+    )
+    duration: PositiveTime | None = parameter(
+        None, description="duration of a scene without a tool; else its path gives it"
+    )
+    gravity: Acceleration = parameter("9.81 m/s^2", description="gravity, along -z")
+    solver: Solver = parameter(Solver(), description="steps and Newton's method")
+    output: Output = parameter(Output(), description="what is written")
+    explicit: Explicit | None = parameter(None, description="how `ncf-fenicsx explicit` marches")
+
+    @model_validator(mode="after")
+    def _lasts_some_time(self) -> Self:
+        if bool(self.tool) == (self.duration is not None):
+            raise ValueError("expected either a [tool] with its path, or a duration")
+        return self
+
+    @model_validator(mode="after")
+    def _an_interface_for_each_pair(self) -> Self:
+        if len(self.interface) not in (1, self.stack.layers - 1):
+            expected = f"expected one table, or one for each of {self.stack.layers - 1} interfaces"
+            raise impossible("interface", f"{len(self.interface)} tables", expected)
+        return self
+
+    @model_validator(mode="after")
+    def _tools_can_roll(self) -> Self:
+        for number, tool in enumerate(self.tool):
+            if tool.axle is None and any(segment.roll for segment in tool.path):
+                raise impossible(f"tool.{number}.kind", tool.kind, "expected a tool that can roll, such as cylinder")
+        return self
+
+    @model_validator(mode="after")
+    def _heights_go_with_whole_steps(self) -> Self:
+        if self.solver.line_search != "full" and any(tool.under_force for tool in self.tool):
+            expected = 'expected "full" with a tool under a force, whose height follows whole steps'
+            raise impossible("solver.line_search", self.solver.line_search, expected)
+        return self
+
+    @model_validator(mode="after")
+    def _modes_are_of_a_symmetric_tangent(self) -> Self:
+        if self.solver.perturbation is not None and not self.symmetric:
+            expected = "expected none, where a law or contact makes the tangent not symmetric"
+            raise impossible("solver.perturbation", f"{1e3 * self.solver.perturbation:.6g} mm", expected)
+        if self.solver.perturbation is not None and not self.solver.may_steady:
+            raise impossible("solver.steadying", "none", 'expected "automatic" with solver.perturbation')
+        return self
+
+    @model_validator(mode="after")
+    def _layers_can_be_told_apart(self) -> Self:
+        if self.solver.factors == "layers" and not any(isinstance(way, OneSided) for way in self.interfaces):
+            raise impossible("solver.factors", "layers", "expected layers that may part, for factors of each")
+        if self.solver.factors == "multigrid" and (self.laws.solid is None or not self.symmetric):
+            raise impossible("solver.factors", "multigrid", "expected laws.solid, and contact with a symmetric tangent")
+        return self
+
+    @model_validator(mode="after")
+    def _laws_go_together(self) -> Self:
+        initial = self.stack.initial_volume_fraction
+        if self.laws.solid is None and initial >= 1:
+            expected = "expected less than fibre_density thickness, for Vf0 below 1"
+            raise impossible("stack.areal_density", self.stack.areal_density, f"gives Vf0 = {initial:.3f}; {expected}")
+        for law in self.laws.chosen:
+            law.check(self)
+        if not 0 < real(lambda _: self.natural_stiffness, 0.0) < math.inf:
+            compaction = self.laws.compaction
+            raise impossible("laws.compaction", compaction.kind, "expected parameters whose pressure grows with Vf")
+        if self.output.permeability is not None:
+            self.output.permeability.check(self)
+        return self
+
+    @property
+    def natural_stiffness(self) -> float:
+        """Stiffness of a layer in Pa/m, compaction tangent over thickness at the tool's highest speed."""
+        fastest = max((segment.closing_speed for segment in self.segments), default=0.0)
+        tangent = self.laws.compaction_tangent(self.stack.initial_volume_fraction, fastest)
+        return tangent / self.stack.thickness
+
+    @property
+    def cautions(self) -> list[str]:
+        """What a user of the scene's laws has to know before a run."""
+        return [f"laws.{law.family}: {words}" for law in self.laws.chosen if (words := law.caution(self))]
+
+    @property
+    def packing_limit(self) -> tuple[float, str]:
+        """Vf that no accepted step may reach, and which law ends there."""
+        compaction, permeability = self.laws.compaction, self.output.permeability
+        limits = [(compaction.packing_limit, f"laws.compaction, {compaction.kind}")]
+        if permeability is not None:
+            limits.append((permeability.packing_limit, f"output.permeability, {permeability.kind}"))
+        return min(limits)
+
+    @property
+    def interfaces(self) -> list[Bonded | OneSided]:
+        """How each layer meets the next, from the bottom up."""
+        return list(self.interface) * (self.stack.layers - 1 if len(self.interface) == 1 else 1)
+
+    @property
+    def rigid_surfaces(self) -> list[RigidSurface]:
+        """The tools, and the mould after them."""
+        return [*self.tool, *([self.mould] if self.mould is not None else [])]
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the tangent is symmetric: that of all laws and contacts."""
+        contacts: list[RigidSurface | OneSided] = [*self.rigid_surfaces]
+        contacts += [way for way in self.interfaces if isinstance(way, OneSided)]
+        return self.laws.symmetric and all(way.contact.symmetric and way.friction is None for way in contacts)
+
+    @property
+    def segments(self) -> list[Segment]:
+        """All pieces of all tools' paths."""
+        return [segment for tool in self.tool for segment in tool.path]
+
+    @property
+    def milestones(self) -> list[float]:
+        """Times in s that steps land on: the ends of all segments of all paths, or of the duration."""
+        ends = sorted(time for tool in self.tool for time in motion.milestones(tool.path))
+        apart = [time for time, after in pairwise([*ends, math.inf]) if after - time > 1e-9 * ends[-1]]
+        return apart or [float(self.duration or 0.0)]
+
+    @classmethod
+    def read(cls, path: str | Path, overrides: Iterable[str] = ()) -> Scene:
+        """Scene from a TOML file.
+
+        Args:
+            path: the file; a mesh it names is looked for beside it.
+            overrides: ``key.of.table=value`` texts that replace what the file says.
+
+        Raises:
+            SceneError: the file cannot be read or is no valid scene.
+        """
+        path = Path(path)
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise SceneError(f"{path}: {error.strerror}; expected a scene file") from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise SceneError(f"{path}: not TOML: {error}") from error
+        for text in overrides:
+            apply_override(data, text)
+        scene = cls.from_table(data, source=str(path))
+        return scene if scene.stack.mesh is None else scene.with_mesh_beside(path)
+
+    @classmethod
+    def from_table(cls, data: dict[str, Any], source: str = "scene") -> Scene:
+        """Scene from nested dictionaries, as a TOML file gives them.
+
+        Raises:
+            SceneError: a key or value is not valid.
+        """
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise SceneError(f"{source}: {one_line(error)}") from error
+
+    def with_mesh_beside(self, path: Path) -> Scene:
+        """The scene with the full path of its mesh, given relative to a scene file."""
+        mesh = path.parent / str(self.stack.mesh)
+        if not mesh.is_file():
+            raise SceneError(f"{path}: stack.mesh = {self.stack.mesh!r}: no such file; expected a gmsh file")
+        stack = self.stack.model_copy(update={"mesh": str(mesh.resolve())})
+        return self.model_copy(update={"stack": stack})
+
+    def table(self) -> dict[str, Any]:
+        """The scene with all defaults filled in, in SI, as nested tables: what it does not use is left out."""
+        table: dict[str, Any] = _without_none(self.model_dump())
+        if self.laws.solid is not None:
+            table["laws"] = {"solid": table["laws"]["solid"]}
+        if self.stack.mesh is not None:
+            for key in GIVEN_BY_MESH:
+                table["stack"].pop(key, None)
+        return table
+
+    def to_toml(self) -> str:
+        """That table as a file that reads back to the same scene."""
+        return tomli_w.dumps(self.table())
+
+
+def apply_override(data: dict[str, Any], text: str) -> None:
+    """Set one nested key of a table from ``key.of.table=value``; a number in the key picks from a list.
+
+    Raises:
+        SceneError: the text has no ``=``, or its key leads through something that is no table.
+    """
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise SceneError(f"--set {text}: expected KEY=VALUE, such as stack.layers=2")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value.strip()
+    *tables, last = key.strip().split(".")
+    target: Any = data
+    try:
+        for name in tables:
+            target = target[int(name)] if isinstance(target, list) else target.setdefault(name, {})
+        target[int(last) if isinstance(target, list) else last] = parsed
+    except (AttributeError, IndexError, TypeError, ValueError) as error:
+        raise SceneError(f"--set {text}: no such table in the scene; expected a key such as stack.layers") from error
+
+
+def _without_none(table: Any) -> Any:
+    if isinstance(table, dict):
+        return {key: _without_none(value) for key, value in table.items() if value is not None}
+    return [_without_none(item) for item in table] if isinstance(table, list | tuple) else table

@@ -1,0 +1,154 @@
+"""The stack of a scene: its layers, their mesh, how they are held and how they meet."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self, cast
+
+from pydantic import Field, PositiveInt, model_validator
+
+from ncf_fenicsx.kinds import Choice, Part, Settings, parameter
+from ncf_fenicsx.laws.contact import Enforcement, Friction
+from ncf_fenicsx.units import ArealDensity, Density, Length, Penalty, PositiveForce, PositiveLength
+
+GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
+Order = Literal[1, 2]
+Side = Literal["free", "fixed", "symmetry"]
+Grading = Annotated[float, Field(ge=0, lt=1)]
+
+
+Divisions = tuple[PositiveInt, PositiveInt]
+
+
+class Sides(Settings):
+    """How each lateral side of the modelled stack is held; at a symmetry plane the scene stands for its mirror too."""
+
+    x_min: Side = parameter("symmetry", description="side at the lowest x")
+    x_max: Side = parameter("free", description="side at the highest x")
+    y_min: Side = parameter("symmetry", description="side at the lowest y")
+    y_max: Side = parameter("free", description="side at the highest y")
+
+    @model_validator(mode="after")
+    def _cannot_slide_away(self) -> Self:
+        held_x = {self.x_min, self.x_max} - {"free"}
+        held_y = {self.y_min, self.y_max} - {"free"}
+        if "fixed" not in held_x | held_y and not (held_x and held_y):
+            raise ValueError(
+                "nothing keeps the layers from sliding away; expected a fixed side, or a symmetry plane in x and in y"
+            )
+        return self
+
+    @property
+    def copies(self) -> int:
+        """Number of mirror images the model stands for: the factor from its forces to those of the whole."""
+        planes = (self.x_min, self.x_max, self.y_min, self.y_max).count("symmetry")
+        return 2**planes
+
+
+class Stack(Settings):
+    """The layers of fabric, and their mesh."""
+
+    layers: PositiveInt = parameter(4, description="number of layers")
+    thickness: PositiveLength = parameter("2 mm", description="thickness of each layer")
+    size: tuple[PositiveLength, PositiveLength] = parameter(
+        ("76 mm", "76 mm"), description="modelled extent in x and y (a quarter, by symmetry)"
+    )
+    areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
+    fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
+    divisions: Divisions | tuple[Divisions, ...] = parameter(
+        (120, 24), description="elements along x and y, or a pair for each layer"
+    )
+    through: PositiveInt | tuple[PositiveInt, ...] = parameter(
+        1, description="elements through each layer, one number or one a layer"
+    )
+    order: Order = parameter(
+        1, description="order of the displacement in the plane of the layers: 1, or 2 with nodes halfway too"
+    )
+    grading: tuple[Grading, Grading] = parameter(
+        (0.9, 0.8), description="refinement towards the focus in x and y: 0 is uniform, near 1 is strong"
+    )
+    focus: tuple[Length, Length] | None = parameter(
+        None, description="x and y that the mesh is refined towards; the tool's position unless given"
+    )
+    mesh: str | None = parameter(
+        None, description="gmsh file to use instead of size, divisions, through, grading, focus; relative to the scene"
+    )
+    sides: Sides = parameter(Sides(), description="how the lateral sides are held")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        given = self.model_fields_set & GIVEN_BY_MESH
+        if self.mesh is not None and given:
+            raise ValueError(f"the mesh file gives {', '.join(sorted(given))}; expected only one of both")
+        if isinstance(self.through, tuple) and len(self.through) != self.layers:
+            raise ValueError(f"through has {len(self.through)} numbers; expected one for each of {self.layers} layers")
+        if len(self.divisions_by_layer) != self.layers:
+            found = len(self.divisions_by_layer)
+            raise ValueError(f"divisions has {found} pairs; expected one for each of {self.layers} layers")
+        return self
+
+    @property
+    def divisions_by_layer(self) -> list[Divisions]:
+        """Elements along x and y of each layer, from the bottom up."""
+        by_layer = isinstance(self.divisions[0], tuple)
+        return list(cast(Any, self.divisions if by_layer else [self.divisions] * self.layers))
+
+    @property
+    def initial_volume_fraction(self) -> float:
+        """Vf0 = areal density / (fibre density * thickness) (paper, second Eq. 4)."""
+        return float(self.areal_density / (self.fibre_density * self.thickness))
+
+    @property
+    def elements_through(self) -> tuple[int, ...]:
+        """Number of elements through each layer, from the bottom up."""
+        return self.through if isinstance(self.through, tuple) else (self.through,) * self.layers
+
+
+class Bonded(Part):
+    """Neighbouring layers share their nodes."""
+
+    family = "interface"
+    kind = "bonded"
+
+
+class OneSided(Part):
+    """Neighbouring layers touch, slide and can open."""
+
+    family = "interface"
+    kind = "one_sided"
+    penalty: Penalty = parameter(
+        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
+    )
+    contact: Annotated[Enforcement, Choice("contact", "penalty")] = parameter({}, description="how it is enforced")
+    friction: Friction | None = parameter(None, description="Coulomb friction between the layers; none unless given")
+
+    @property
+    def opening_stiffness(self) -> float:
+        """Stiffness against opening in Pa/m."""
+        return 0.0
+
+    @property
+    def slip_stiffness(self) -> float:
+        """Stiffness against slip in Pa/m."""
+        return 0.0
+
+
+class Stitched(OneSided):
+    """Layers that touch, slide and open against the yarns that stitch them together, one for each pitch cell."""
+
+    kind = "stitched"
+    yarn_stiffness: PositiveForce = parameter("20 N", description="axial stiffness EA of a stitching yarn")
+    yarn_length: PositiveLength = parameter("4 mm", description="length of yarn that stretches when layers open")
+    pitch: tuple[PositiveLength, PositiveLength] = parameter(
+        ("5 mm", "5 mm"), description="distance of the stitches along x and y"
+    )
+    slip_share: float = parameter(0.1, ge=0, description="stiffness of a stitch in slip over that in opening")
+
+    @property
+    def opening_stiffness(self) -> float:
+        """EA / (length * pitch * pitch) in Pa/m."""
+        return self.yarn_stiffness / (self.yarn_length * self.pitch[0] * self.pitch[1])
+
+    @property
+    def slip_stiffness(self) -> float:
+        """Share of the stiffness in opening, in Pa/m."""
+        return self.slip_share * self.opening_stiffness

@@ -1,0 +1,196 @@
+"""A scene from start to end: the only place that wires the rooms."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from mpi4py import MPI
+
+from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.output.checkpoint import NAME, Checkpoint
+from ncf_fenicsx.output.measures import Measures
+from ncf_fenicsx.output.results_folder import Results, check_restart, prepare_folder
+from ncf_fenicsx.report.summary_picture import draw_summary
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.simulation.interruption import Interruption
+from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
+from ncf_fenicsx.simulation.opening import open_problem
+from ncf_fenicsx.simulation.progress_bar import Progress
+from ncf_fenicsx.simulation.run_record import Result, record, tolerances
+from ncf_fenicsx.simulation.settling import Settling
+from ncf_fenicsx.simulation.stabilisation import Steadying
+from ncf_fenicsx.simulation.step_solver import StepSolver
+from ncf_fenicsx.simulation.stepping import Ending, March, StepControl, march
+from ncf_fenicsx.solver import Newton, Outcome
+from ncf_fenicsx.solver.timing import Phases
+
+
+def run(
+    scene: Scene,
+    folder: str | Path,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    overwrite: bool = False,
+    restart: bool = False,
+) -> Result:
+    """Run a scene on all ranks of ``comm`` and write its results.
+
+    Args:
+        scene: the case.
+        folder: for results; made if it does not exist.
+        comm: ranks that share the work.
+        overwrite: whether results in the folder may be replaced.
+        restart: whether to go on from the checkpoint in the folder, or from the start where it has none yet.
+
+    Raises:
+        SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
+        ResultError: results could not be written; what was written before stays.
+    """
+    return Simulation(scene, Path(folder), comm, overwrite, restart).run()
+
+
+class Simulation:
+    """One run: its problem, solver, files and clock."""
+
+    def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool = False) -> None:
+        self.scene, self.comm, self.phases = scene, comm, Phases()
+        self.milestones, self.control = scene.milestones, StepControl.of(scene.solver, scene.milestones[-1])
+        self.progress, self.interruption = Progress(self.milestones[-1], comm), Interruption(comm)
+        self._restarts = restart and on_root(comm, (folder / NAME).is_file)
+        if restart and not self._restarts:
+            on_root(comm, lambda: check_restart(folder))
+        self.problem = open_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
+        with self.phases("forms"):
+            self.measures = Measures(self.problem)
+            self.newton = Newton(self.problem, scene.solver, self.phases, self._why_end)
+            self.steadying = Steadying.of_scene(scene, self.control.first)
+            self.steps = StepSolver(self.problem, self.newton, self.steadying)
+        if not self._restarts:
+            on_root(comm, lambda: prepare_folder(folder))
+        self.results = Results(folder, self.problem, self.measures)
+        self.results.text("scene.toml", scene.to_toml())
+        self.stability = LossOfStability(self.newton, self.measures, self.results, self.progress, self.steps)
+        self.checkpoint = Checkpoint(
+            folder, self.problem, {"energies": self.measures.energies.part()} | self.steps.parts()
+        )
+        self.history: list[dict[str, float]] = []
+        self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
+
+    def run(self) -> Result:
+        """March through the path, then close all files."""
+        with self.progress, self.interruption:
+            ended = self._resume() if self._restarts else self._start()
+            if ended.ending is Ending.DONE:
+                ended = march(
+                    self.control,
+                    self.milestones,
+                    self.steps.attempt,
+                    self.accept,
+                    ended,
+                    self.problem.contacts.longest_step,
+                )
+            if self.stability.distrust is not None:
+                ended.stop(self.stability.distrust)
+            self.finish(ended)
+        return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
+
+    def _start(self) -> March:
+        """The march at time 0, the stack at rest."""
+        settling = Settling(self.steps)
+        start = settling.run()
+        if start.ending is Ending.DONE:
+            start.size = min(self.control.first, self.control.largest)
+            self.accept(start, 0.0, settling.outcome)
+        return start
+
+    def _why_end(self) -> str | None:
+        """In words, why to end at once; None to go on."""
+        return self.interruption.reason() or self.stability.distrust
+
+    def accept(self, progress: March, size: float, outcome: Outcome) -> None:
+        """Commit a step, measure it, write it down and save it where that is due."""
+        with self.phases("output"):
+            residual = self.newton.evaluate_residual()
+            measured = self.measures.observe(residual)
+            self.stability.watch(progress.time, outcome, measured.get("viscous_share", 0.0))
+            self.problem.commit(size)
+            self.steps.held(size)
+            self.stability.leave_branch()
+            row = self._row(progress, size, outcome, measured)
+            self.history.append(row)
+            self.results.append(row)
+            last = progress.time == self.milestones[-1]
+            if progress.steps % self.scene.output.fields_every == 0 or last:
+                self.results.fields(progress.time)
+            self._save_if_due(progress)
+        self.progress.show(row)
+
+    def finish(self, ended: March) -> None:
+        """Write the last good state, the record of the run and the picture."""
+        written = [time for time, _ in self.results.snapshots]
+        with self.phases("output"):
+            if self.history and self.comm.bcast(not written or written[-1] != ended.time):
+                self.results.fields(ended.time)
+            if self.history:
+                self._save(ended)
+        more = {"step_cuts": ended.cuts, "newton_iterations": self.steps.iterations, **self.stability.record()}
+        more |= {"factorisations": self.newton.linear.factorisations, "krylov_steps": self.newton.linear.krylov_steps}
+        more["convergence"] = tolerances(self.problem)
+        if self.history and "vf_error" in self.history[-1]:
+            more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}
+            self.progress.note(f"estimated error of the field of Vf: {100 * self.history[-1]['vf_error']:.2g} %")
+        self.results.record(record(self.problem, ended, self.phases, more))
+        if self.scene.output.picture and self.history:
+            on_root(self.comm, lambda: draw_summary(self.results.folder))
+
+    def _save_if_due(self, progress: March) -> None:
+        """Save a checkpoint where the scene's number of steps or its interval has passed since the last."""
+        output, now = self.scene.output, time.monotonic()
+        due = output.checkpoint_every is not None and progress.steps % output.checkpoint_every == 0
+        if self.comm.bcast(due or now - self._saved_at >= output.checkpoint_interval):
+            self._save(progress)
+
+    def _save(self, progress: March) -> None:
+        self.checkpoint.save(
+            {
+                "time": progress.time,
+                "size": progress.size,
+                "steps": progress.steps,
+                "cuts": progress.cuts,
+                "iterations": self.steps.iterations,
+                "cuts_before": self._cuts_before,
+                "seconds": self._seconds,
+                "rows": len(self.history),
+                "snapshots": self.results.snapshots,
+                "stability": self.stability.record(),
+                "viscosity": self.steadying.value,
+            }
+        )
+        self._saved_at = time.monotonic()
+
+    def _resume(self) -> March:
+        """The march of the checkpoint, its state and its results."""
+        saved = self.checkpoint.load()
+        self.history = self.results.resume(saved["rows"], saved["snapshots"])
+        self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
+        self.stability.recall(saved["stability"])
+        self.steadying.value = saved["viscosity"]
+        self._seconds_before = saved["seconds"]
+        self.progress.note(f"going on from {saved['time']:.6g} s")
+        return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])
+
+    @property
+    def _seconds(self) -> float:
+        """Wall time of the run in s, with what it took before it was restarted."""
+        return self._seconds_before + self.phases.total
+
+    def _row(self, progress: March, size: float, outcome: Outcome, measured: dict[str, float]) -> dict[str, float]:
+        when = {"time": progress.time, "time_step": size}
+        cost = {
+            "newton_iterations": outcome.iterations,
+            "step_cuts": progress.cuts - self._cuts_before,
+            "wall_time": self._seconds,
+        }
+        self._cuts_before = progress.cuts
+        stability = {} if outcome.negative_pivots is None else {"negative_pivots": outcome.negative_pivots}
+        return when | measured | stability | cost

@@ -1,0 +1,138 @@
+"""Whether Newton's method has converged, goes back and forth, or should be given up."""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from ncf_fenicsx.mesh.hexahedra import place
+from ncf_fenicsx.scene.settings import Solver as Settings
+from ncf_fenicsx.solver.equations import Floats, System
+
+FLOOR_INCREMENT = 1e-3
+RUNAWAY = 4.0
+"""Factor over the first increment from which on an increment shows that the step is too large.
+
+The first is the one after layers were last caught: that they hold on to each other hinders what has to move.
+"""
+RUNAWAY_FROM = 0.005
+"""Increment over the length that is no sign of that yet."""
+AT_REST = 1e-7
+"""Largest force tolerance of a state at rest: what it leaves over would be motion of the first step."""
+CYCLES = 0.5
+"""Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
+
+
+class Progress:
+    """Follows the iterations of one solve after another.
+
+    Args:
+        system: what is solved.
+        settings: tolerances and limits.
+
+    Attributes:
+        converged: whether forces balance and the increments have died away.
+        given_up: in words, why to give up; empty while there is hope.
+        cycling: whether contact is where it was two iterations ago, and not where it was between.
+    """
+
+    def __init__(self, system: System, settings: Settings) -> None:
+        self.system, self.settings = system, settings
+        self.comm: MPI.Comm = system.displacement.function_space.mesh.comm
+        self.begin(1)
+
+    def begin(self, patience: int, at_rest: bool = False) -> None:
+        """Forget the solve before.
+
+        Args:
+            patience: factor on the number of iterations after which to give up.
+            at_rest: whether what is solved for is a state at rest, not a step through time.
+        """
+        self._tolerance = min(self.settings.force_tolerance, AT_REST if at_rest else 1.0)
+        self.converged, self.given_up, self.cycling = False, "", False
+        self._patience, self._increments, self._first = patience, [0.0], 1
+        self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
+
+    def start(self, residual: float, load: float) -> None:
+        """Judge the start of a solve: nothing is to be done where no more than round-off (N) is out of balance."""
+        balanced = residual <= min(self.system.force_floor, self._tolerance * load) and self._carried
+        self.converged = balanced and not self.system.contacts.keeping
+
+    def follow(self, iteration: int, residual: float, load: float, update: Floats) -> None:
+        """Judge an iteration.
+
+        Args:
+            iteration: its number, from 1.
+            residual: norm of the forces that are out of balance in N.
+            load: forces that carry the body in N.
+            update: the last increment in m, of this rank's owned dofs.
+        """
+        increment = float(self.comm.allreduce(np.abs(update).max(initial=0.0), MPI.MAX))
+        self._increments.append(increment)
+        self.converged = self._small(residual, load) and not self.system.contacts.keeping
+        self._first = iteration + 1 if self.system.contacts.catching else self._first
+        self._note_contact()
+        self.given_up = "" if self.converged else self._no_progress(iteration, update)
+
+    def _note_contact(self) -> None:
+        touching, before = self.system.contacts.touching(), self._touching[-2:]
+        self._touching = [*before, touching]
+        if len(before) < 2:
+            return
+        alike = self.comm.allgather([np.array_equal(touching, earlier) for earlier in before])
+        back = all(ago for ago, _ in alike) and not all(between for _, between in alike)
+        self.cycling = back and self._increments[-1] > CYCLES * self._increments[-3]
+
+    def _no_progress(self, iteration: int, update: Floats) -> str:
+        """In words, why to give up after an iteration; empty to go on."""
+        first = max([RUNAWAY_FROM * self.system.length, *self._increments[self._first : self._first + 1]])
+        if self._first <= iteration and self._increments[-1] > RUNAWAY * self._patience * first:
+            return "Newton's increments grow"
+        if iteration < self._patience * self.settings.max_iterations:
+            return ""
+        if self.cycling:
+            return f"contact opens and closes in turns, most at {self.place_of_largest(update)}"
+        return f"Newton's method did not converge in {iteration} iterations"
+
+    @property
+    def _allowed(self) -> float:
+        """Increment in m that is small."""
+        return self.settings.increment_tolerance * self.system.length
+
+    @property
+    def nearly(self) -> bool:
+        """Whether the next increment would be small, should they go on to die away as the last one did."""
+        if len(self._increments) < 2:
+            return False
+        before, last = self._increments[-2:]
+        return last * (min(last / before, 1.0) if before else 1.0) <= self._allowed
+
+    @property
+    def _carried(self) -> bool:
+        """Whether tools under control carry their forces."""
+        wanted = [(control, control.target) for control in self.system.contacts.controls]
+        return all(
+            abs(control.excess()) <= self._tolerance * target for control, target in wanted if target is not None
+        )
+
+    def _small(self, residual: float, load: float) -> bool:
+        """Whether forces balance, those under control included, and the next increment would be small.
+
+        Where round-off alone is above the force tolerance, the increment has to be smaller by as much as it takes for
+        the next one, with quadratic convergence, to vanish in round-off too.
+        """
+        if residual <= self._tolerance * load:
+            return self.nearly and self._carried
+        small = residual <= self.system.force_floor and self._increments[-1] <= FLOOR_INCREMENT * self._allowed
+        return small and self._carried
+
+    def place_of_largest(self, values: Floats) -> str:
+        """Undeformed place, in words, of the node with the largest of some values at this rank's owned dofs."""
+        largest = np.abs(values.reshape(-1, 3)).max(axis=1)
+        found = (0.0, [0.0, 0.0, 0.0])
+        if len(largest):
+            node = int(largest.argmax())
+            points = self.system.displacement.function_space.tabulate_dof_coordinates()
+            found = (float(largest[node]), points[node].tolist())
+        return place(np.array(max(self.comm.allgather(found))[1]))

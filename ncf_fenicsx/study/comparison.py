@@ -1,0 +1,170 @@
+"""Two histories held against each other: how far a column of one is off that of the other, in a table and a picture."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.study.curves import Curves, unit_of
+
+Floats = NDArray[np.float64]
+
+JUDGED = re.compile(r"(tool_force|vf_mean|vf_max|gap_max|void_volume)(_\d+)?")
+"""Columns that are compared unless others are asked for: force, Vf, gaps."""
+COARSE = 0.05
+"""Share of what is compared that an interval of the reference may cover before its straight line is doubted."""
+MOST_ACROSS = 4
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far a column is off that of a reference, at the rows of the history that it covers.
+
+    Attributes:
+        column: its name.
+        largest: largest size in the reference, in SI.
+        worst: largest difference over that; infinite where the reference is 0 and the other is not.
+        where: abscissa of the largest difference.
+        mean_square: root of the mean square difference, over the largest size.
+        last: difference at the end of what is compared, over the largest size.
+    """
+
+    column: str
+    largest: float
+    worst: float
+    where: float
+    mean_square: float
+    last: float
+
+
+class Comparison:
+    """The rows of a history against a reference, whose curves are straight between its own rows.
+
+    Args:
+        history: what is judged.
+        reference: what it is held against.
+        columns: to compare; those of force, Vf and gaps that both have, unless given.
+        over: column that curves are drawn over.
+
+    Attributes:
+        differences: of each column.
+
+    Raises:
+        SceneError: a column is missing or unknown, or the two have no stretch in common.
+    """
+
+    def __init__(self, history: Curves, reference: Curves, columns: list[str] | None, over: str = "time") -> None:
+        self.history, self.reference, self.abscissa = history, reference, over
+        for name in (over, *(columns or ())):
+            if unit_of(name) is None:
+                raise SceneError(f"compare: column {name!r}; expected a column of history.csv")
+        common = [name for name in reference.columns if name in history.columns and JUDGED.fullmatch(name)]
+        self.columns = columns or common
+        if not self.columns:
+            raise SceneError(f"compare: {history.path} and {reference.path} share no column of force, Vf or gaps")
+        self.differences = [self._difference(name) for name in self.columns]
+
+    def _on_both(self, column: str) -> tuple[Floats, Floats, Floats]:
+        """Rows of the history in the stretch that both share: their places, and the values of both there."""
+        (x, y), (x_ref, y_ref) = self.history.over(self.abscissa, column), self.reference.over(self.abscissa, column)
+        begin, end = max(x[0], x_ref[0]), min(x[-1], x_ref[-1])
+        inside = (x >= begin) & (x <= end)
+        if np.count_nonzero(inside) < 2:
+            found = f"{x[0]:.6g} to {x[-1]:.6g} and {x_ref[0]:.6g} to {x_ref[-1]:.6g}"
+            raise SceneError(
+                f"compare: {column} over {self.abscissa} from {found}; expected rows of the first within the second"
+            )
+        return x[inside], y[inside], np.interp(x[inside], x_ref, y_ref)
+
+    def _difference(self, column: str) -> Difference:
+        places, ours, theirs = self._on_both(column)
+        x_ref, y_ref = self.reference.over(self.abscissa, column)
+        inside = (x_ref >= places[0]) & (x_ref <= places[-1])
+        largest = float(np.abs([*theirs, *y_ref[inside]]).max())
+        off = ours - theirs
+        scaled = off / largest if largest else np.where(off == 0, 0.0, math.inf)
+        worst = int(np.abs(scaled).argmax())
+        mean = float(np.sqrt(np.trapezoid(scaled**2, places) / np.ptp(places)))
+        return Difference(column, largest, float(abs(scaled[worst])), float(places[worst]), mean, float(scaled[-1]))
+
+    def within(self, tolerance: float) -> bool:
+        """Whether no column is further off than a tolerance anywhere."""
+        return all(difference.worst <= tolerance for difference in self.differences)
+
+    @property
+    def cautions(self) -> list[str]:
+        """What makes the figures less sure: rows of the reference far apart, or a part that only one of both has."""
+        words = []
+        x, x_ref = (curves.columns[self.abscissa] for curves in (self.history, self.reference))
+        begin, end = float(np.fmax(np.nanmin(x), np.nanmin(x_ref))), float(np.fmin(np.nanmax(x), np.nanmax(x_ref)))
+        widest = np.diff(np.clip(x_ref[np.isfinite(x_ref)], begin, end)).max() / (end - begin)
+        if widest > COARSE:
+            words.append(f"{self.reference.path}: straight over {100 * widest:.0f} % of what is compared")
+        for path, places in ((self.history.path, x), (self.reference.path, x_ref)):
+            if (np.nanmax(places) - end) + (begin - np.nanmin(places)) > 1e-9 * (end - begin):
+                words.append(f"{path}: only {begin:.6g} to {end:.6g} of its {self.abscissa} is compared")
+        return words
+
+    def table(self, tolerance: float) -> str:
+        """The differences in words, as a Markdown table."""
+        place = f"{self.abscissa} ({unit_of(self.abscissa)})"
+        lines = [
+            f"{self.history.path} against {self.reference.path}, over {self.abscissa}",
+            "",
+            f"| column | largest | off by at most | at {place} | root mean square | at the end | within |",
+            "|---|---|---|---|---|---|---|",
+        ]
+        for d in self.differences:
+            held = "yes" if d.worst <= tolerance else "no"
+            lines.append(
+                f"| {d.column} | {d.largest:.5g}{_shown(d.column)} | {_percent(d.worst)} | {d.where:.6g} "
+                f"| {_percent(d.mean_square)} | {_percent(d.last)} | {held} |"
+            )
+        lines += ["", *(f"caution: {words}" for words in self.cautions)]
+        verdict = "within" if self.within(tolerance) else "NOT within"
+        return "\n".join([*lines, f"{verdict} {100 * tolerance:g} % of each column's largest size in the reference"])
+
+    def draw(self, path: Path) -> None:
+        """Draw each column of both, and their difference below."""
+        across = min(len(self.columns), MOST_ACROSS)
+        lines = math.ceil(len(self.columns) / across)
+        figure = Figure(figsize=(4.2 * across + 1, 5 * lines + 0.5), layout="constrained")
+        axes: Any = figure.subplots(2 * lines, across, height_ratios=[2, 1] * lines, squeeze=False)
+        pairs = axes.reshape(lines, 2, across).swapaxes(1, 2).reshape(-1, 2)
+        for above, below in pairs[len(self.columns) :]:
+            above.remove()
+            below.remove()
+        for (above, below), difference in zip(pairs, self.differences, strict=False):
+            self._draw_column(above, below, difference)
+        figure.suptitle(f"{self.history.path}\nagainst {self.reference.path}", fontsize="medium")
+        axes[0][0].legend()
+        FigureCanvasAgg(figure).print_png(path)
+
+    def _draw_column(self, above: Any, below: Any, difference: Difference) -> None:
+        name = difference.column
+        places, ours, theirs = self._on_both(name)
+        above.plot(*self.reference.over(self.abscissa, name), "k-", linewidth=2.5, alpha=0.4, label="reference")
+        above.plot(*self.history.over(self.abscissa, name), "C0o", markersize=4, label="history")
+        above.set(title=name, ylabel=f"{name} ({unit_of(name)})")
+        below.plot(places, 100 * (ours - theirs) / (difference.largest or 1.0), "C3.-", linewidth=1)
+        below.set(xlabel=f"{self.abscissa} ({unit_of(self.abscissa)})", ylabel="difference (% of largest)")
+        for here in (above, below):
+            here.grid(alpha=0.3)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if math.isfinite(share) else "not in the reference"
+
+
+def _shown(column: str) -> str:
+    unit = unit_of(column)
+    return "" if unit == "1" else f" {unit}"

@@ -1,0 +1,88 @@
+"""What every rigid surface owes the rest of the program: tools that press from above, moulds that lie below."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.kinds import Choice, Part, parameter
+from ncf_fenicsx.laws.contact import Enforcement, Friction
+from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.tools import path as motion
+from ncf_fenicsx.tools.path import Segment
+from ncf_fenicsx.units import Clearance, Length, Penalty
+
+
+class RigidSurface(Part):
+    """A rigid surface; its reference point is its tip, a point of the surface."""
+
+    position: tuple[Length, Length] = parameter(
+        ("0 mm", "0 mm"), description="x and y of the tip at the start, in the stack's axes"
+    )
+    clearance: Clearance = parameter("0 mm", description="distance along z between the tip and the stack at the start")
+    penalty: Penalty = parameter(
+        1000.0,
+        description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness",
+    )
+    contact: Annotated[Enforcement, Choice("contact", "penalty")] = parameter({}, description="how it is enforced")
+    friction: Friction | None = parameter(None, description="Coulomb friction with the fabric; none unless given")
+
+    @abstractmethod
+    def signed_distance(self, point: Expression) -> Expression:
+        """Distance (m) of a point, given relative to the tip, from the surface; negative inside the rigid body."""
+
+    @abstractmethod
+    def section(self) -> NDArray[np.float64]:
+        """Outline in the plane across y, relative to the tip, in m, shape (points, 2): for pictures."""
+
+    @property
+    def radii(self) -> tuple[float | None, float | None]:
+        """Smallest radius (m) that elements have to follow along x and along y; None where there is none."""
+        return None, None
+
+    @property
+    def under_force(self) -> bool:
+        """Whether a force decides its height somewhere on its path."""
+        return False
+
+
+class Tool(RigidSurface):
+    """A rigid tool on a path, pressing from above; its tip is the lowest point of its surface."""
+
+    family = "tool"
+    path: tuple[Segment, ...] = parameter(
+        ({"travel": ("0 mm", "0 mm", "-0.5 mm"), "speed": "1 mm/min"},),
+        min_length=1,
+        description="travels, holds and forces, one after the other",
+    )
+
+    def tip(self, top: float, time: float) -> NDArray[np.float64]:
+        """Place of the tip (m) at a time (s), over a stack whose undeformed top is at the height ``top`` (m).
+
+        What a segment under force control adds to its height is not known before a run.
+        """
+        start = np.array([*self.position, top + self.clearance])
+        return start + motion.displacement(self.path, time)
+
+    @property
+    def under_force(self) -> bool:
+        """Whether a force decides its height somewhere on its path."""
+        return any(segment.force is not None for segment in self.path)
+
+    @property
+    def axle(self) -> float | None:
+        """Height (m) over the tip of the axis that the tool turns about when it rolls; None if it cannot."""
+        return None
+
+
+class Mould(RigidSurface):
+    """A rigid mould that lies still below the stack, in place of the plane that otherwise carries it."""
+
+    family = "mould"
+
+    def tip(self, bottom: float) -> NDArray[np.float64]:
+        """Place of the tip (m) below a stack whose undeformed bottom is at the height ``bottom`` (m)."""
+        return np.array([*self.position, bottom - self.clearance])
