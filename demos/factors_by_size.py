@@ -15,7 +15,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 
-from ncf_fenicsx.report.summary_picture import read_history
+from ncf_fenicsx.report.reading import read_history
 from ncf_fenicsx.study.launch import BARE, launch
 from ncf_fenicsx.study.machine import machine
 

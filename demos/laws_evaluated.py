@@ -11,16 +11,13 @@ from laws_compared import Worst
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.laws.as_printed import NeoHookeanAsPrinted
-from ncf_fenicsx.laws.exponential import Exponential
-from ncf_fenicsx.laws.fibre_families import FibreFamilies
-from ncf_fenicsx.laws.gebart import Gebart
-from ncf_fenicsx.laws.growing_shear import GrowingShear
-from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.compaction import Exponential
+from ncf_fenicsx.laws.in_plane import FibreFamilies, NeoHookean, NeoHookeanAsPrinted
 from ncf_fenicsx.laws.kinematics import Kinematics
-from ncf_fenicsx.laws.kozeny_carman import KozenyCarman
 from ncf_fenicsx.laws.law import number
-from ncf_fenicsx.laws.neo_hookean import NeoHookean
+from ncf_fenicsx.laws.permeability import Gebart, KozenyCarman
+from ncf_fenicsx.laws.rate import KellyRate
+from ncf_fenicsx.laws.shear import GrowingShear
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
 

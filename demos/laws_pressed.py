@@ -9,7 +9,7 @@ from laws_compared import Worst
 from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.laws.exponential import Exponential
+from ncf_fenicsx.laws.compaction import Exponential
 
 SCENE = Path(__file__).with_name("single_element.toml")
 KPA, MPA = 1e-3, 1e-6

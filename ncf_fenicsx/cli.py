@@ -77,7 +77,7 @@ def explicit_command(
 def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.simulation.preview import preview
+    from ncf_fenicsx.simulation.start import preview
     from ncf_fenicsx.simulation.stepping import StepControl
 
     duration = scene.milestones[-1]
@@ -104,8 +104,7 @@ def compare_command(
     picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw both histories there.")] = None,
 ) -> None:
     """Hold a history against another one. Exit code 0: within the tolerance; 1: not; 2: bad input."""
-    from ncf_fenicsx.study.comparison import Comparison
-    from ncf_fenicsx.study.curves import Curves
+    from ncf_fenicsx.study.comparison import Comparison, Curves
 
     if picture is not None and (picture.suffix != ".png" or not picture.parent.is_dir()):
         raise SceneError(f"--picture {picture}: expected a file that ends with .png, in a folder that exists")

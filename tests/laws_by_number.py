@@ -7,9 +7,8 @@ import ufl
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.kinds import kinds
-from ncf_fenicsx.laws.compaction import CompactionStep
 from ncf_fenicsx.laws.kinematics import Kinematics
-from ncf_fenicsx.laws.law import number
+from ncf_fenicsx.laws.law import CompactionStep, number
 
 MM_PER_MIN = 1e-3 / 60
 VF0 = Scene.from_table({"duration": "1 s"}).stack.initial_volume_fraction

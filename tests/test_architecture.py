@@ -1,12 +1,15 @@
 """Folders import only from folders before them in the row; PETSc stays in one; each table of laws is one file."""
 
 import ast
+import importlib
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 import ncf_fenicsx
+from ncf_fenicsx.kinds import kinds
+from ncf_fenicsx.scene.laws import Laws
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ROW = (
@@ -85,3 +88,27 @@ def test_dolfinx_and_petsc_stay_in_their_folders(path):
 def test_files_of_a_folder_import_each_other_in_no_circle(folder):
     graph = {path.stem: neighbours(path, folder) for path in folder.glob("[a-z]*.py")}
     assert list(TopologicalSorter(graph).static_order())  # raises CycleError, which names the circle
+
+
+def test_each_table_of_laws_is_a_file_with_its_base_class_and_its_kinds():
+    tables = [name for name in Laws.model_fields if name != "volume_fraction"]  # a word, no table
+    for family in [*tables, "permeability", "contact"]:
+        found = {part.__module__ for part in kinds(family).values() if part.__module__.startswith("ncf_fenicsx.")}
+        assert found == {f"ncf_fenicsx.laws.{family}"}
+
+
+@pytest.mark.parametrize("folder", ["laws", "tools"])
+def test_a_folder_of_kinds_names_all_of_its_files(folder):
+    """No scan: a reader and an editor find each kind by its import."""
+    package = importlib.import_module(f"ncf_fenicsx.{folder}")
+    found = {path.stem for path in files(PACKAGE / folder)}
+    assert {name for name in found if hasattr(package, name)} == found
+
+
+@pytest.mark.parametrize("path", files(), ids=name_of)
+def test_files_and_functions_stay_readable(path):
+    text = path.read_text("utf-8")
+    assert text.count("\n") <= 300
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            assert node.end_lineno - node.lineno < 45, f"{name_of(path)}: {node.name}"

@@ -8,10 +8,9 @@ from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.kinds import kinds
-from ncf_fenicsx.laws.exponential import Exponential
-from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.compaction import Exponential, Table
 from ncf_fenicsx.laws.law import number
-from ncf_fenicsx.laws.table import Table
+from ncf_fenicsx.laws.rate import KellyRate
 
 pytestmark = pytest.mark.serial
 
@@ -96,7 +95,7 @@ def test_closed_forms():
 def test_the_table_is_pchip_through_its_points_and_shifted_to_zero():
     made = Table()
     vf, stress = np.array(made.volume_fraction), np.array(made.stress)
-    assert made.caution(Scene.from_table({"duration": "1 s"})) is None  # its data is zero at Vf0, nearly
+    assert made.caution(Scene.from_table({"duration": "1 s"}).conditions) is None  # its data is zero at Vf0, nearly
     inner = np.linspace(0.40, 0.60, 61)  # the outer slopes are held above a tenth of the secant's
     reference = PchipInterpolator(vf, stress)
     at_rest = made.pressure(0.45, VF0) - reference(0.45)

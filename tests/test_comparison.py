@@ -12,8 +12,7 @@ from test_program import call
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.study.comparison import Comparison
-from ncf_fenicsx.study.curves import Curves, unit_of
+from ncf_fenicsx.study.comparison import Comparison, Curves, unit_of
 
 DEMOS = Path(__file__).parents[1] / "demos"
 pytestmark = pytest.mark.serial

@@ -5,11 +5,9 @@ import pytest
 import ufl
 from laws_by_number import VF0, law, numbers, strained
 
-from ncf_fenicsx.laws.as_printed import NeoHookeanAsPrinted
-from ncf_fenicsx.laws.fibre_families import FibreFamilies
+from ncf_fenicsx.laws.in_plane import FibreFamilies, NeoHookean, NeoHookeanAsPrinted
 from ncf_fenicsx.laws.kinematics import Kinematics
 from ncf_fenicsx.laws.law import number
-from ncf_fenicsx.laws.neo_hookean import NeoHookean
 from ncf_fenicsx.mechanics.material import normal_stress_of
 
 pytestmark = pytest.mark.serial

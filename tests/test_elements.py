@@ -10,7 +10,7 @@ from dolfinx import fem
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.elements import Element, sub_quads
-from ncf_fenicsx.report.summary_picture import read_snapshots
+from ncf_fenicsx.report.reading import read_snapshots
 
 X, Y, LAYERS, THICKNESS = 3, 2, 2, 2e-3
 

@@ -15,8 +15,7 @@ from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.explicit import COLUMNS, ExplicitRun, run_explicit
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
-from ncf_fenicsx.study.comparison import Comparison
-from ncf_fenicsx.study.curves import Curves
+from ncf_fenicsx.study.comparison import Comparison, Curves
 
 COMM = MPI.COMM_WORLD
 HEIGHT, LAYERS, MODULUS = 2e-3, 4, 1e6

@@ -10,9 +10,9 @@ from laws_by_number import VF0, in_step, law, march
 from scipy.integrate import quad
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.laws.exponential import Exponential
-from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.compaction import Exponential
 from ncf_fenicsx.laws.law import number
+from ncf_fenicsx.laws.rate import KellyRate
 
 pytestmark = pytest.mark.serial
 

@@ -10,11 +10,9 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.kinds import _parts
-from ncf_fenicsx.laws.compaction import CompactionLaw
-from ncf_fenicsx.laws.elasticity import HyperelasticInPlaneLaw
-from ncf_fenicsx.laws.exponential import Exponential
-from ncf_fenicsx.laws.gebart import Gebart
-from ncf_fenicsx.laws.kozeny_carman import KozenyCarman
+from ncf_fenicsx.laws.compaction import CompactionLaw, Exponential
+from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw
+from ncf_fenicsx.laws.permeability import Gebart, KozenyCarman
 
 COMM = MPI.COMM_WORLD
 DEMOS = Path(__file__).parents[1] / "demos"

@@ -10,11 +10,10 @@ from laws_by_number import MM_PER_MIN, VF0, in_step, numbers, strained
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene, SceneError, run
-from ncf_fenicsx.laws.as_printed import NeoHookeanAsPrinted
-from ncf_fenicsx.laws.exponential import Exponential
-from ncf_fenicsx.laws.kelly_rate import KellyRate
+from ncf_fenicsx.laws.compaction import Exponential
+from ncf_fenicsx.laws.in_plane import NeoHookean, NeoHookeanAsPrinted
 from ncf_fenicsx.laws.law import number
-from ncf_fenicsx.laws.neo_hookean import NeoHookean
+from ncf_fenicsx.laws.rate import KellyRate
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.solver import Newton

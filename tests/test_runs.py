@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.kinds import _parts
-from ncf_fenicsx.laws.exponential import Exponential
+from ncf_fenicsx.laws.compaction import Exponential
 from ncf_fenicsx.output.results_folder import FILES, prepare_folder
 from ncf_fenicsx.tools.rigid_surface import Tool
 from ncf_fenicsx.units import PositiveLength

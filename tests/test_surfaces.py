@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ncf_fenicsx.mesh import hexahedra
-from ncf_fenicsx.output.surface_lines import crossing_wavelength, spectral_wavelength
-from ncf_fenicsx.output.surfaces import Wrinkles, contact_extent, voids, wrinkles
+from ncf_fenicsx.output.voids import contact_extent, voids
+from ncf_fenicsx.output.wrinkles import Wrinkles, crossing_wavelength, spectral_wavelength, wrinkles
 
 pytestmark = pytest.mark.serial
 

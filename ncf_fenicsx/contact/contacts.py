@@ -26,7 +26,7 @@ from ncf_fenicsx.mesh.faces import Face
 from ncf_fenicsx.mesh.hexahedra import TAGS, lower_tag
 from ncf_fenicsx.mesh.state_parts import StatePart, under
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene.stack import OneSided
+from ncf_fenicsx.scene.interfaces import OneSided
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

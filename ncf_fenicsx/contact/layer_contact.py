@@ -25,7 +25,7 @@ from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.faces import Face
 from ncf_fenicsx.mesh.memory import Memory
 from ncf_fenicsx.mesh.state_parts import Place, StatePart
-from ncf_fenicsx.scene.stack import OneSided
+from ncf_fenicsx.scene.interfaces import OneSided
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

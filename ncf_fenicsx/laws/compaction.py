@@ -1,46 +1,32 @@
-"""Laws of compaction: pressure over fibre volume fraction, its rate, relaxation and unloading.
+"""[laws.compaction]: pressure across the thickness over the fibre volume fraction, in monotone loading.
 
-Their formulas use Python's operators only, so they hold for numbers, numpy arrays and UFL alike.
+Formulas use Python's operators only, so they hold for numbers, numpy arrays and UFL alike.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import product
+from functools import cache
+from itertools import pairwise, product
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import ufl
+from pydantic import Field, model_validator
+from scipy.interpolate import PchipInterpolator
 
+from ncf_fenicsx.kinds import Symbols, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import Law, number
+from ncf_fenicsx.laws.law import Conditions, Law, number, positive
+from ncf_fenicsx.units import PositiveStress, Stress
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 PANELS = 16
 
 
-@dataclass(frozen=True)
-class CompactionStep:
-    """What happens across the thickness at a point in a time step.
-
-    Attributes:
-        volume_fraction: Vf at the end of the step.
-        old_volume_fraction: Vf at its start.
-        initial_volume_fraction: Vf0.
-        time_step: size of the step in s; the stack takes for ever to settle.
-        inverse_time_step: its inverse in 1/s, 0 then.
-        process_speed: speed at which the tool closes in on the fabric in m/s, negative where it leaves.
-        loading: pressure in Pa of monotone loading over Vf, without effects of rate.
-    """
-
-    volume_fraction: Expression
-    old_volume_fraction: Expression
-    initial_volume_fraction: Expression
-    time_step: Expression
-    inverse_time_step: Expression
-    process_speed: Expression
-    loading: Callable[[Expression], Expression]
+VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
+LEAST_END_SLOPE = 0.1
+"""Slope at the ends of a table over the secant there: a flat end would leave the fabric beyond it without stiffness."""
 
 
 class CompactionLaw(Law):
@@ -78,57 +64,181 @@ class CompactionLaw(Law):
         return number(slope) * volume_fraction**2 / initial_volume_fraction
 
 
-class RateLaw(Law):
-    """Factor on the compaction pressure that depends on speed."""
+class Exponential(CompactionLaw):
+    """sigma_beta(Vf) = beta1^(beta2 Vf - beta3) + beta4, with a choice of what its tensile toe becomes.
 
-    family = "rate"
+    As printed, the paper's constants give tension (-962 Pa) in the undeformed fabric (Vf0 = 0.398) and up to
+    Vf = 0.4299: it would shrink by itself. ``shift`` takes the stress at Vf0 off, so that the undeformed fabric is
+    free of stress; ``clip`` keeps the printed curve where it presses and lays its toe smoothly to zero; ``raw`` is
+    the curve as printed.
+    """
 
-    @abstractmethod
-    def factor(self, speed: Expression) -> Expression:
-        """Dimensionless factor at a closing speed (m/s, negative in opening)."""
+    kind = "exponential"
+    beta1: PositiveStress = parameter("96605 Pa", description="base of the exponential")
+    beta2: float = parameter(1.5238, gt=0, description="factor of Vf in the exponent")
+    beta3: float = parameter(-0.0176, description="offset of the exponent")
+    beta4: Stress = parameter("-2254 Pa", description="additive constant, cancelled by the shift")
+    toe: Literal["shift", "clip", "raw"] = parameter(
+        "shift", description="tensile toe of the printed curve: shifted to zero at Vf0, clipped, or raw"
+    )
+    smoothing: PositiveStress = parameter("100 Pa", description="stress over which clip rounds the corner")
 
-    def speed(self, step: CompactionStep) -> Expression:
-        """Closing speed in m/s that the factor is taken at: that of the process."""
-        return step.process_speed
+    def as_printed(self, volume_fraction: Expression) -> Expression:
+        """sigma_beta(Vf) of Eq. 3 in Pa."""
+        return self.beta1 ** (self.beta2 * volume_fraction - self.beta3) + self.beta4
 
-    def apply(self, step: CompactionStep, slow: Expression) -> Expression:
-        """Pressure in Pa at the step's speed from that of slow loading.
+    def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
+        """sigma_beta(Vf) in Pa; shifted or clipped, it is zero at Vf0."""
+        curve = {"shift": self.as_printed, "clip": self._clipped, "raw": self.as_printed}[self.toe]
+        at_rest = 0.0 if self.toe == "raw" else curve(initial_volume_fraction)
+        return curve(volume_fraction) - at_rest
 
-        Speed acts on pressure alone: were the tension of fabric pulled apart larger in closing than in opening, a cycle
-        would create energy.
-        """
-        at_rest = self.factor(0.0)
-        return at_rest * slow + (self.factor(self.speed(step)) - at_rest) * positive(slow)
-
-
-class StatefulLaw(Law):
-    """A law that keeps states at quadrature points; they are trial until the step is accepted."""
-
-    @abstractmethod
-    def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:
-        """Names of the states with their values at the start."""
-
-    @abstractmethod
-    def updated_states(self, step: CompactionStep, old: dict[str, Expression]) -> dict[str, Expression]:
-        """The states at the end of a step from those at its start."""
-
-    @abstractmethod
-    def pressure(self, step: CompactionStep, old: dict[str, Expression]) -> Expression:
-        """Pressure in Pa at the end of a step from the states at its start."""
+    def _clipped(self, volume_fraction: Expression) -> Expression:
+        """max(sigma_beta, 0) with its corner a hyperbola: smooth, and never without a slope."""
+        stress = self.as_printed(volume_fraction)
+        return (stress + (stress**2 + 4 * self.smoothing**2) ** 0.5) / 2
 
 
-class UnloadingLaw(StatefulLaw):
-    """Pressure without effects of rate, when the fabric opens and closes again."""
+class Power(CompactionLaw):
+    """A (Vf^b - Vf0^b): the field's A Vf^b (Robitaille and Gauvin 1998), made stress-free at Vf0 (as Toll 1998 has it).
 
-    family = "unloading"
+    The defaults meet the paper's shifted curve at Vf 0.50 and 0.60.
+    """
+
+    kind = "power"
+    scale: PositiveStress = parameter("6.97455 MPa", description="factor A: the stress that Vf = 1 would give")
+    exponent: float = parameter(9.93265, ge=1, description="exponent b; 7 to 15.5 for tows")
+
+    def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
+        """A (Vf^b - Vf0^b) in Pa."""
+        return self.scale * (volume_fraction**self.exponent - initial_volume_fraction**self.exponent)
 
 
-class RelaxationLaw(StatefulLaw):
-    """Pressure that decays in time, on top of the others."""
+class OffsetPower(CompactionLaw):
+    """(k (Vf - Vf0))^n, as fitted to stacks of carbon and flax (three-parameter law with k, n and Vf0).
 
-    family = "relaxation"
+    Its slope is zero at Vf0, where a free layer would have no stiffness at all: Vf - Vf0 is rounded off at the corner
+    by a hyperbola of width ``toe``. The defaults meet the paper's shifted curve at Vf 0.50 and 0.60.
+    """
+
+    kind = "offset_power"
+    k: float = parameter(225.8515, gt=0, description="factor k in Pa^(1/n)")
+    n: float = parameter(2.791795, ge=1, description="exponent n")
+    toe: float = parameter(0.005, gt=0, lt=0.1, description="Vf over which the corner at Vf0 is rounded")
+
+    def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
+        """(k x)^n - (k toe)^n in Pa, x the rounded Vf - Vf0, equal to toe at Vf0."""
+        gain = volume_fraction - initial_volume_fraction
+        rounded = (gain + (gain**2 + 4 * self.toe**2) ** 0.5) / 2
+        return (self.k * rounded) ** self.n - (self.k * self.toe) ** self.n
 
 
-def positive(value: Expression) -> Expression:
-    """max(value, 0)."""
-    return (value + abs(value)) / 2
+class Gutowski(CompactionLaw):
+    """As (sqrt(Vf / Vf0) - 1) / (sqrt(Va / Vf) - 1)^4 (Gutowski 1987): without bound as Vf nears Va.
+
+    Below Vf0, where the formula has an extremum, the curve goes on straight. The default of As meets the paper's
+    shifted curve at Vf 0.60.
+    """
+
+    kind = "gutowski"
+    spring: PositiveStress = parameter("107.906 Pa", description="spring constant As")
+    limit: float = parameter(0.80, gt=0, le=1, description="largest possible Vf, Va")
+
+    def check(self, conditions: Conditions) -> None:
+        """Raise if the fabric starts beyond the limit."""
+        initial = conditions.initial_volume_fraction
+        if self.limit <= initial:
+            raise impossible("laws.compaction.limit", self.limit, f"expected above Vf0 = {initial:.4g}")
+
+    @property
+    def packing_limit(self) -> float:
+        """Va."""
+        return self.limit
+
+    def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
+        """Pressure in Pa, straight below Vf0."""
+        gain = volume_fraction - initial_volume_fraction
+        vf = initial_volume_fraction + positive(gain)
+        bent = ((vf / initial_volume_fraction) ** 0.5 - 1) / ((self.limit / vf) ** 0.5 - 1) ** 4
+        slope = 1 / (2 * initial_volume_fraction) / ((self.limit / initial_volume_fraction) ** 0.5 - 1) ** 4
+        return self.spring * (bent - slope * positive(-gain))
+
+
+class Table(CompactionLaw):
+    """Monotone, continuously differentiable cubic through (Vf, pressure), moved to zero at Vf0, straight at its ends.
+
+    Slopes are those of Fritsch and Carlson 1980, as scipy's PCHIP has them.
+    """
+
+    kind = "table"
+    volume_fraction: tuple[VolumeFraction, ...] = parameter(
+        (0.38, 0.40, 0.42, 0.46, 0.50, 0.55, 0.60, 0.65), min_length=2, description="fibre volume fractions, ascending"
+    )
+    stress: tuple[Stress, ...] = parameter(
+        ("-0.35 kPa", "0.045 kPa", "0.605 kPa", "2.527 kPa", "6.396 kPa", "17.142 kPa", "42.908 kPa", "104.689 kPa"),
+        min_length=2,
+        description="pressure at each, ascending",
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        if len(self.volume_fraction) != len(self.stress):
+            count = len(self.volume_fraction)
+            raise impossible("stress", list(self.stress), f"expected {count} entries, as volume_fraction has")
+        for name in ("volume_fraction", "stress"):
+            if np.any(np.diff(getattr(self, name)) <= 0):
+                raise impossible(name, list(getattr(self, name)), "expected ascending numbers")
+        return self
+
+    def caution(self, conditions: Conditions) -> str | None:
+        """The table is moved where its data is not zero at Vf0."""
+        moved = self._curve(conditions.initial_volume_fraction)
+        if abs(moved) < 1e-3 * max(map(abs, self.stress)):
+            return None
+        return f"the table is moved by {-moved:.4g} Pa, for the undeformed fabric to be free of stress"
+
+    def with_symbols(self, symbols: Symbols) -> Self:
+        """The table itself: its numbers are compiled into the forms."""
+        del symbols
+        return self
+
+    def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
+        """Interpolated pressure less that at Vf0, in Pa."""
+        return self._curve(volume_fraction) - self._curve(initial_volume_fraction)
+
+    def _curve(self, vf: Expression) -> Expression:
+        """Sum over the intervals of what the pressure gains in each, as far as Vf reaches into it."""
+        x, y, slope = self.volume_fraction, self.stress, _slopes(self.volume_fraction, self.stress)
+        curve = y[0] - slope[0] * positive(x[0] - vf) + slope[-1] * positive(vf - x[-1])
+        for i, length in enumerate(np.diff(x)):
+            reach = _between(vf - x[i], length)
+            secant = (y[i + 1] - y[i]) / length
+            square = (3 * secant - 2 * slope[i] - slope[i + 1]) / length
+            cube = (slope[i] + slope[i + 1] - 2 * secant) / length**2
+            curve = curve + reach * (slope[i] + reach * (square + reach * cube))
+        return curve
+
+    def energy(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
+        """Work of compaction in J/m3, integrated interval by interval."""
+        pairs = zip(self._split(initial_volume_fraction), self._split(volume_fraction), strict=True)
+        return sum(self.work_between(start, end, initial_volume_fraction) for start, end in pairs)
+
+    def _split(self, vf: Expression) -> list[Expression]:
+        """Vf held to each interval of the table, and to what lies below and above it."""
+        x = self.volume_fraction
+        inner = [low + _between(vf - low, high - low) for low, high in pairwise(x)]
+        return [vf - positive(vf - x[0]), *inner, x[-1] + positive(vf - x[-1])]
+
+
+@cache
+def _slopes(x: tuple[float, ...], y: tuple[float, ...]) -> list[float]:
+    """Slopes at the nodes; made once, for each evaluation of the curve asks for them."""
+    slope = PchipInterpolator(x, y).derivative()(x)
+    secant = np.diff(y) / np.diff(x)
+    slope[[0, -1]] = np.maximum(slope[[0, -1]], LEAST_END_SLOPE * secant[[0, -1]])
+    return [float(value) for value in slope]
+
+
+def _between(number: Expression, length: float) -> Expression:
+    """The number, held to [0, length]."""
+    return positive(number) - positive(number - float(length))

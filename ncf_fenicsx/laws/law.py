@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import ufl
@@ -14,19 +16,86 @@ from ncf_fenicsx.kinds import Part
 from ncf_fenicsx.laws.kinematics import Expression
 
 
+@dataclass(frozen=True)
+class Conditions:
+    """What a scene uses its laws for, as far as a law has to be checked against it.
+
+    Attributes:
+        initial_volume_fraction: Vf0.
+        elements_through: elements through each layer, from the bottom up.
+        closing_speeds: speeds of the tools downwards in m/s, one for each segment of their paths.
+        fibre_modulus: largest modulus in the plane of the fibres in Pa.
+        shear_modulus: transverse shear modulus of the undeformed fabric in Pa.
+        initial_pressure: compaction pressure of the undeformed fabric in Pa.
+        has_fibres: whether the layers are fabric, not a solid.
+    """
+
+    initial_volume_fraction: float
+    elements_through: tuple[int, ...]
+    closing_speeds: tuple[float, ...]
+    fibre_modulus: float
+    shear_modulus: float
+    initial_pressure: float
+    has_fibres: bool
+
+    @property
+    def layers(self) -> int:
+        """Number of layers."""
+        return len(self.elements_through)
+
+
 class Law(Part):
     """A constitutive law."""
 
     symmetric: ClassVar[bool] = True
     """Whether the law's tangent is symmetric."""
 
-    def check(self, scene: Any) -> None:
-        """Raise `parts.impossible` if the law does not go with the rest of the scene."""
+    def check(self, conditions: Conditions) -> None:
+        """Raise `kinds.impossible` if the law does not go with the rest of the scene."""
 
-    def caution(self, scene: Any) -> str | None:
-        """What a user of this law in a scene has to know before a run, in a sentence."""
-        del scene
+    def caution(self, conditions: Conditions) -> str | None:
+        """What a user of this law has to know before a run, in a sentence."""
+        del conditions
         return None
+
+
+@dataclass(frozen=True)
+class CompactionStep:
+    """What happens across the thickness at a point in a time step.
+
+    Attributes:
+        volume_fraction: Vf at the end of the step.
+        old_volume_fraction: Vf at its start.
+        initial_volume_fraction: Vf0.
+        time_step: size of the step in s; the stack takes for ever to settle.
+        inverse_time_step: its inverse in 1/s, 0 then.
+        process_speed: speed at which the tool closes in on the fabric in m/s, negative where it leaves.
+        loading: pressure in Pa of monotone loading over Vf, without effects of rate.
+    """
+
+    volume_fraction: Expression
+    old_volume_fraction: Expression
+    initial_volume_fraction: Expression
+    time_step: Expression
+    inverse_time_step: Expression
+    process_speed: Expression
+    loading: Callable[[Expression], Expression]
+
+
+class StatefulLaw(Law):
+    """A law that keeps states at quadrature points; they are trial until the step is accepted."""
+
+    @abstractmethod
+    def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:
+        """Names of the states with their values at the start."""
+
+    @abstractmethod
+    def updated_states(self, step: CompactionStep, old: dict[str, Expression]) -> dict[str, Expression]:
+        """The states at the end of a step from those at its start."""
+
+    @abstractmethod
+    def pressure(self, step: CompactionStep, old: dict[str, Expression]) -> Expression:
+        """Pressure in Pa at the end of a step from the states at its start."""
 
 
 def number(expression: Expression) -> float:
@@ -41,3 +110,8 @@ def real(formula: Callable[[float], Any], argument: float) -> float:
     except ArithmeticError:
         return math.nan
     return math.nan if isinstance(value, complex) else float(value)
+
+
+def positive(value: Expression) -> Expression:
+    """max(value, 0)."""
+    return (value + abs(value)) / 2

@@ -8,9 +8,9 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.laws.compaction import CompactionStep
-from ncf_fenicsx.laws.elasticity import InPlaneLaw
+from ncf_fenicsx.laws.in_plane import InPlaneLaw
 from ncf_fenicsx.laws.kinematics import Expression, ExtrapolatedKinematics, Kinematics, deformation_gradient, in_plane
+from ncf_fenicsx.laws.law import CompactionStep
 from ncf_fenicsx.mechanics.material import Clock, Material, Volumes, normal_stress_of
 from ncf_fenicsx.scene.laws import Laws
 

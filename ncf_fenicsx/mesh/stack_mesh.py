@@ -19,7 +19,8 @@ from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.mesh.tool_placement import placement_cautions
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene.stack import Bonded, Stack
+from ncf_fenicsx.scene.interfaces import Bonded
+from ncf_fenicsx.scene.stack import Stack
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh.faces import SharedFace
 from ncf_fenicsx.mesh.hexahedra import lower_tag
-from ncf_fenicsx.output.surfaces import contact_extent, voids, wrinkles
 from ncf_fenicsx.output.symmetry import WholeFace
+from ncf_fenicsx.output.voids import contact_extent, voids
+from ncf_fenicsx.output.wrinkles import wrinkles
 
 Floats = NDArray[np.float64]
 

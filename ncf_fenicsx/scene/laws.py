@@ -7,9 +7,15 @@ from typing import Annotated, Literal, Self
 from pydantic import model_validator
 
 from ncf_fenicsx.kinds import Choice, Settings, Symbols, impossible, parameter
-from ncf_fenicsx.laws.compaction import CompactionLaw, RateLaw, RelaxationLaw, StatefulLaw, UnloadingLaw
-from ncf_fenicsx.laws.elasticity import BendingLaw, InPlaneLaw, ShearLaw, SolidLaw
-from ncf_fenicsx.laws.law import Law
+from ncf_fenicsx.laws.bending import BendingLaw
+from ncf_fenicsx.laws.compaction import CompactionLaw
+from ncf_fenicsx.laws.in_plane import InPlaneLaw
+from ncf_fenicsx.laws.law import Law, StatefulLaw
+from ncf_fenicsx.laws.rate import RateLaw
+from ncf_fenicsx.laws.relaxation import RelaxationLaw
+from ncf_fenicsx.laws.shear import ShearLaw
+from ncf_fenicsx.laws.solid import SolidLaw
+from ncf_fenicsx.laws.unloading import UnloadingLaw
 
 PENALTY_VOLUME_FRACTION = 0.60
 """Penalty factors refer to the compaction tangent at this Vf, where the paper's compaction data ends."""

@@ -14,10 +14,11 @@ from pydantic import ValidationError, model_validator
 
 from ncf_fenicsx.errors import SceneError, one_line
 from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
-from ncf_fenicsx.laws.law import real
+from ncf_fenicsx.laws.law import Conditions, real
+from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
 from ncf_fenicsx.scene.settings import Explicit, Output, Solver
-from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Bonded, OneSided, Stack
+from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
 from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
@@ -98,13 +99,27 @@ class Scene(Settings):
             expected = "expected less than fibre_density thickness, for Vf0 below 1"
             raise impossible("stack.areal_density", self.stack.areal_density, f"gives Vf0 = {initial:.3f}; {expected}")
         for law in self.laws.chosen:
-            law.check(self)
+            law.check(self.conditions)
         if not 0 < real(lambda _: self.natural_stiffness, 0.0) < math.inf:
             compaction = self.laws.compaction
             raise impossible("laws.compaction", compaction.kind, "expected parameters whose pressure grows with Vf")
         if self.output.permeability is not None:
-            self.output.permeability.check(self)
+            self.output.permeability.check(self.conditions)
         return self
+
+    @property
+    def conditions(self) -> Conditions:
+        """What the laws are used for."""
+        laws, initial = self.laws, self.stack.initial_volume_fraction
+        return Conditions(
+            initial_volume_fraction=initial,
+            elements_through=self.stack.elements_through,
+            closing_speeds=tuple(segment.closing_speed for segment in self.segments),
+            fibre_modulus=float(laws.in_plane.stiffness),
+            shear_modulus=laws.shear.small_strain_modulus,
+            initial_pressure=real(lambda vf: laws.compaction.pressure(vf, vf), initial),
+            has_fibres=laws.solid is None,
+        )
 
     @property
     def natural_stiffness(self) -> float:
@@ -116,7 +131,7 @@ class Scene(Settings):
     @property
     def cautions(self) -> list[str]:
         """What a user of the scene's laws has to know before a run."""
-        return [f"laws.{law.family}: {words}" for law in self.laws.chosen if (words := law.caution(self))]
+        return [f"laws.{law.family}: {words}" for law in self.laws.chosen if (words := law.caution(self.conditions))]
 
     @property
     def packing_limit(self) -> tuple[float, str]:

@@ -1,4 +1,4 @@
-"""The stack of a scene: its layers, their mesh, how they are held and how they meet."""
+"""The stack of a scene: its layers, their mesh, and how they are held."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal, Self, cast
 
 from pydantic import Field, PositiveInt, model_validator
 
-from ncf_fenicsx.kinds import Choice, Part, Settings, parameter
-from ncf_fenicsx.laws.contact import Enforcement, Friction
-from ncf_fenicsx.units import ArealDensity, Density, Length, Penalty, PositiveForce, PositiveLength
+from ncf_fenicsx.kinds import Settings, parameter
+from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength
 
 GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
 Order = Literal[1, 2]
@@ -101,54 +100,3 @@ class Stack(Settings):
     def elements_through(self) -> tuple[int, ...]:
         """Number of elements through each layer, from the bottom up."""
         return self.through if isinstance(self.through, tuple) else (self.through,) * self.layers
-
-
-class Bonded(Part):
-    """Neighbouring layers share their nodes."""
-
-    family = "interface"
-    kind = "bonded"
-
-
-class OneSided(Part):
-    """Neighbouring layers touch, slide and can open."""
-
-    family = "interface"
-    kind = "one_sided"
-    penalty: Penalty = parameter(
-        10.0, description="contact stiffness in Pa/m, or a factor on the compaction tangent over the layer's thickness"
-    )
-    contact: Annotated[Enforcement, Choice("contact", "penalty")] = parameter({}, description="how it is enforced")
-    friction: Friction | None = parameter(None, description="Coulomb friction between the layers; none unless given")
-
-    @property
-    def opening_stiffness(self) -> float:
-        """Stiffness against opening in Pa/m."""
-        return 0.0
-
-    @property
-    def slip_stiffness(self) -> float:
-        """Stiffness against slip in Pa/m."""
-        return 0.0
-
-
-class Stitched(OneSided):
-    """Layers that touch, slide and open against the yarns that stitch them together, one for each pitch cell."""
-
-    kind = "stitched"
-    yarn_stiffness: PositiveForce = parameter("20 N", description="axial stiffness EA of a stitching yarn")
-    yarn_length: PositiveLength = parameter("4 mm", description="length of yarn that stretches when layers open")
-    pitch: tuple[PositiveLength, PositiveLength] = parameter(
-        ("5 mm", "5 mm"), description="distance of the stitches along x and y"
-    )
-    slip_share: float = parameter(0.1, ge=0, description="stiffness of a stitch in slip over that in opening")
-
-    @property
-    def opening_stiffness(self) -> float:
-        """EA / (length * pitch * pitch) in Pa/m."""
-        return self.yarn_stiffness / (self.yarn_length * self.pitch[0] * self.pitch[1])
-
-    @property
-    def slip_stiffness(self) -> float:
-        """Share of the stiffness in opening, in Pa/m."""
-        return self.slip_share * self.opening_stiffness

@@ -18,9 +18,9 @@ from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.interruption import Interruption
-from ncf_fenicsx.simulation.opening import open_problem
 from ncf_fenicsx.simulation.progress_bar import Progress
 from ncf_fenicsx.simulation.run_record import Result, record
+from ncf_fenicsx.simulation.start import open_problem
 from ncf_fenicsx.simulation.stepping import Ending, March
 from ncf_fenicsx.solver.timing import Phases
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results
 from ncf_fenicsx.simulation.progress_bar import Progress
-from ncf_fenicsx.simulation.step_solver import StepSolver
+from ncf_fenicsx.simulation.step import StepSolver
 from ncf_fenicsx.solver import Newton, Outcome
 
 Floats = NDArray[np.float64]

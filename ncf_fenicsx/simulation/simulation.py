@@ -15,12 +15,11 @@ from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
-from ncf_fenicsx.simulation.opening import open_problem
 from ncf_fenicsx.simulation.progress_bar import Progress
 from ncf_fenicsx.simulation.run_record import Result, record, tolerances
-from ncf_fenicsx.simulation.settling import Settling
 from ncf_fenicsx.simulation.stabilisation import Steadying
-from ncf_fenicsx.simulation.step_solver import StepSolver
+from ncf_fenicsx.simulation.start import open_problem
+from ncf_fenicsx.simulation.step import Settling, StepSolver
 from ncf_fenicsx.simulation.stepping import Ending, March, StepControl, march
 from ncf_fenicsx.solver import Newton, Outcome
 from ncf_fenicsx.solver.timing import Phases

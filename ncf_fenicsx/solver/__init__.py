@@ -1,7 +1,7 @@
 """Newton's method on the compiled forms: the only room that knows PETSc."""
 
+from ncf_fenicsx.solver.assembly import Residual
 from ncf_fenicsx.solver.equations import Outcome
 from ncf_fenicsx.solver.newton import Newton, petsc_version
-from ncf_fenicsx.solver.residual import Residual
 
 __all__ = ["Newton", "Outcome", "Residual", "petsc_version"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from ncf_fenicsx.solver.direct_factors import DirectFactors
-from ncf_fenicsx.solver.lowest_mode import LowestMode
+from ncf_fenicsx.solver.modes import LowestMode
 
 
 class LayerFactors:

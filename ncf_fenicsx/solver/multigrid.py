@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ncf_fenicsx.solver.lowest_mode import LowestMode
+from ncf_fenicsx.solver.modes import LowestMode
 
 PREFIX = "ncf_multigrid_"
 OPTIONS = {"pc_gamg_reuse_interpolation": "true", "mg_levels_ksp_max_it": "1", "pc_gamg_threshold": "0.02"}

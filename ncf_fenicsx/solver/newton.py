@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from ncf_fenicsx.scene.settings import Solver as Settings
+from ncf_fenicsx.solver.assembly import Residual, TangentMatrix
 from ncf_fenicsx.solver.bordering import border
 from ncf_fenicsx.solver.convergence import Progress
-from ncf_fenicsx.solver.critical_mode import critical_mode
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.equations import Control, Outcome, System
 from ncf_fenicsx.solver.layer_factors import LayerFactors
 from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
+from ncf_fenicsx.solver.modes import critical_mode
 from ncf_fenicsx.solver.multigrid import Multigrid
-from ncf_fenicsx.solver.residual import Residual
-from ncf_fenicsx.solver.tangent_matrix import TangentMatrix
 from ncf_fenicsx.solver.timing import Phases
 
 Floats = NDArray[np.float64]

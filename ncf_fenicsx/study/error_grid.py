@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.scene.stack import OneSided
+from ncf_fenicsx.scene.interfaces import OneSided
 from ncf_fenicsx.study.launch import folder_name
 from ncf_fenicsx.tools.rigid_surface import RigidSurface
 from ncf_fenicsx.units import PenaltyStiffness

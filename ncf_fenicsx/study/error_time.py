@@ -10,11 +10,10 @@ import numpy as np
 from rich.progress import track
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.report.summary_picture import read_history
+from ncf_fenicsx.report.reading import read_history
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
-from ncf_fenicsx.study.launch import BARE, Ended, launch
+from ncf_fenicsx.study.launch import BARE, Ended, chosen, launch
 from ncf_fenicsx.study.machine import machine
 from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.table import Row, Table

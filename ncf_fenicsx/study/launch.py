@@ -1,15 +1,17 @@
-"""One run of a study, in processes of its own: whatever happens to it, the study goes on."""
+"""The runs of a study: which are asked for, and each in processes of its own, so that the study goes on."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ncf_fenicsx.report.summary_picture import read_record
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.report.reading import read_record
 
 BARE = ("output.picture=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and no picture."""
@@ -69,3 +71,17 @@ def launch(
         return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
     written = read_record(folder)
     return Ended(written["ending"], written["reason"], folder)
+
+
+def chosen(names: Iterable[str], beginnings: list[str] | None, option: str) -> set[str]:
+    """Names that begin with one of some texts; all without any.
+
+    Raises:
+        SceneError: no name begins with one of the texts; it names the option that gave them.
+    """
+    known = list(dict.fromkeys(names))
+    for text in beginnings or ():
+        if not any(name.startswith(text) for name in known):
+            found = ", ".join(known)
+            raise SceneError(f"--{option} {text}: no such {option}; expected the beginning of one of: {found}")
+    return {name for name in known if not beginnings or name.startswith(tuple(beginnings))}

@@ -15,7 +15,7 @@ from mpi4py import MPI
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.report.summary_picture import read_record
+from ncf_fenicsx.report.reading import read_record
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.report.summary_picture import read_snapshots
+from ncf_fenicsx.report.reading import read_snapshots
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

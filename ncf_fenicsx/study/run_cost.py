@@ -11,7 +11,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from ncf_fenicsx.mesh.parallel import on_root
-from ncf_fenicsx.report.summary_picture import read_record
+from ncf_fenicsx.report.reading import read_record
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation import Simulation
 from ncf_fenicsx.study.machine import machine

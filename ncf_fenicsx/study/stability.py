@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.study.choice import chosen
+from ncf_fenicsx.study.launch import chosen
 from ncf_fenicsx.study.stability_grid import stability_grid
 from ncf_fenicsx.study.stability_map import ACCURATE, draw_map
 from ncf_fenicsx.study.stability_runner import Row, Runner

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.progress import track
 
-from ncf_fenicsx.report.summary_picture import read_record
+from ncf_fenicsx.report.reading import read_record
 from ncf_fenicsx.study.launch import BARE, Ended, launch
 from ncf_fenicsx.study.stability_grid import Case
 from ncf_fenicsx.study.table import Row, Table

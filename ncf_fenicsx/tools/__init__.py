@@ -5,22 +5,22 @@ Importing this package makes every kind known to scenes; a tool in a script of i
 
 from ncf_fenicsx.tools import (
     cylinder,
-    mould_cylinder,
-    mould_plate,
-    mould_sphere,
+    moulds,
+    path,
     plate,
     presser_foot,
     profile,
+    rigid_surface,
     sphere,
 )
 
 __all__ = [
     "cylinder",
-    "mould_cylinder",
-    "mould_plate",
-    "mould_sphere",
+    "moulds",
+    "path",
     "plate",
     "presser_foot",
     "profile",
+    "rigid_surface",
     "sphere",
 ]

@@ -11,8 +11,7 @@ from pydantic import model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.outlines import arc
-from ncf_fenicsx.tools.rigid_surface import Tool
+from ncf_fenicsx.tools.rigid_surface import Tool, arc
 from ncf_fenicsx.units import PositiveLength
 
 

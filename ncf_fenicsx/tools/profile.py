@@ -14,8 +14,7 @@ from pydantic import model_validator
 
 from ncf_fenicsx.kinds import Symbols, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.outlines import arc
-from ncf_fenicsx.tools.rigid_surface import Tool
+from ncf_fenicsx.tools.rigid_surface import Tool, arc
 from ncf_fenicsx.units import Length, PositiveLength
 
 Vector = tuple[float, float]

@@ -86,3 +86,21 @@ class Mould(RigidSurface):
     def tip(self, bottom: float) -> NDArray[np.float64]:
         """Place of the tip (m) below a stack whose undeformed bottom is at the height ``bottom`` (m)."""
         return np.array([*self.position, bottom - self.clearance])
+
+
+def arc(radius: float, start: float, end: float, points: int = 181) -> NDArray[np.float64]:
+    """Arc about the origin in the plane across y, in m, shape (points, 2).
+
+    Args:
+        radius: its radius in m.
+        start: angle in degrees from straight down, towards x.
+        end: the same of its other end.
+        points: number of points.
+    """
+    angle = np.radians(np.linspace(start, end, points))
+    return radius * np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+
+
+def circle(radius: float) -> NDArray[np.float64]:
+    """Circle that stands on the tip, in m, shape (181, 2)."""
+    return arc(radius, -180, 180) + np.array([0.0, radius])

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.outlines import circle
-from ncf_fenicsx.tools.rigid_surface import Tool
+from ncf_fenicsx.tools.rigid_surface import Tool, circle
 from ncf_fenicsx.units import PositiveLength
 
 

@@ -1,8 +1,7 @@
-"""What is measured of a deformed surface between two layers: wrinkles, voids, extent of contact. Plain arrays only."""
+"""Open places between layers, and the extent of a contact. Plain arrays only."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,30 +9,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ncf_fenicsx.output.surface_lines import FLOOR, Grid, crossing_wavelength, grid_of
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 EDGES = np.array([[0, 1], [2, 3], [0, 2], [1, 3]])
 """Edges of a quad with its corners in the order (0,0), (1,0), (0,1), (1,1)."""
-
-
-@dataclass(frozen=True)
-class Wrinkles:
-    """Waves of a surface along lines parallel to x and to y; all zero for a flat one.
-
-    Attributes:
-        amplitude: half the difference between highest and lowest deflection in m.
-        wavelength: ``crossing_wavelength`` of the line with the largest amplitude in m, 0 without a wave.
-        misalignment: largest angle between a line and its undeformed direction in rad.
-        curvature: largest second derivative of the deflection along a line in 1/m.
-    """
-
-    amplitude: float
-    wavelength: float
-    misalignment: float
-    curvature: float
 
 
 @dataclass(frozen=True)
@@ -49,25 +29,6 @@ class Voids:
     volume: float
     longest: float
     widest_opening: float
-
-
-def wrinkles(places: Floats, deflection: Floats, floor: float = FLOOR) -> Wrinkles:
-    """Measures the waves of a surface.
-
-    For w = A sin(2 pi x / l) the misalignment tends to atan(2 pi A / l) and the curvature to A (2 pi / l)^2. The lines
-    are those of the nodes if these form a grid, else those of a grid that the deflection is fitted to.
-
-    Args:
-        places: undeformed places of the nodes in plan in m, shape (nodes, 2).
-        deflection: height now minus height undeformed in m, shape (nodes,).
-        floor: lines with a smaller amplitude in m are flat.
-    """
-    grid = grid_of(places)
-    w = grid.values(deflection)
-    along = [_steepest(grid.x, w, floor), _steepest(grid.y, w.T, floor)]
-    slope, curvature = np.max(along, axis=0)
-    wavelength = crossing_wavelength(*_highest_line(grid, w), floor)
-    return Wrinkles(float(np.ptp(deflection)) / 2, wavelength, math.atan(slope), float(curvature))
 
 
 def voids(places: Floats, quads: Integers, gap: Floats, area: Floats, tolerance: float) -> Voids:
@@ -118,26 +79,3 @@ def _border(places: Floats, ends: Integers, value: Floats, inside: NDArray[np.bo
     a, b = cut.T
     share = value[a] / (value[a] - value[b])
     return places[a] + share[:, None] * (places[b] - places[a]), np.where(inside[a], a, b)
-
-
-def _steepest(position: Floats, w: Floats, floor: float) -> tuple[float, float]:
-    """Largest slope of segments and second derivative (1/m, three points) of lines that are not flat."""
-    lines, steps = w[_amplitudes(w) > floor], np.diff(position)
-    slope = np.diff(lines, axis=1) / steps
-    second = 2 * np.diff(slope, axis=1) / (steps[1:] + steps[:-1])
-    return _largest(slope), _largest(second)
-
-
-def _largest(values: Floats) -> float:
-    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
-
-
-def _amplitudes(w: Floats) -> Floats:
-    return (np.fmax.reduce(w, axis=1) - np.fmin.reduce(w, axis=1)) / 2
-
-
-def _highest_line(grid: Grid, w: Floats) -> tuple[Floats, Floats]:
-    heights = np.concatenate([_amplitudes(w), _amplitudes(w.T)])
-    # the first of lines that differ by rounding only, so that the choice is the same on any number of ranks
-    best = int(np.argmax(heights >= (1 - 1e-6) * _largest(heights)))
-    return (grid.x, w[best]) if best < len(w) else (grid.y, w[:, best - len(w)])

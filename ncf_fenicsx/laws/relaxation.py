@@ -1,13 +1,19 @@
-"""Stress relaxation by Maxwell branches (a Prony series)."""
+"""[laws.relaxation]: pressure that decays in time, on top of the others."""
 
 from __future__ import annotations
 
 import ufl
 
 from ncf_fenicsx.kinds import Settings, parameter
-from ncf_fenicsx.laws.compaction import CompactionStep, RelaxationLaw
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.laws.law import CompactionStep, StatefulLaw
 from ncf_fenicsx.units import PositiveTime
+
+
+class RelaxationLaw(StatefulLaw):
+    """Pressure that decays in time, on top of the others."""
+
+    family = "relaxation"
 
 
 class Branch(Settings):

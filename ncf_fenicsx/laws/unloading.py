@@ -1,16 +1,20 @@
-"""Unloading with permanent set and hysteresis."""
+"""[laws.unloading]: pressure without effects of rate, when the fabric opens and closes again."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import ufl
 
 from ncf_fenicsx.kinds import impossible, parameter
-from ncf_fenicsx.laws.compaction import CompactionStep, UnloadingLaw
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw
 
 TINY = 1e-12
+
+
+class UnloadingLaw(StatefulLaw):
+    """Pressure without effects of rate, when the fabric opens and closes again."""
+
+    family = "unloading"
 
 
 class PermanentSet(UnloadingLaw):
@@ -26,11 +30,11 @@ class PermanentSet(UnloadingLaw):
     set_share: float = parameter(0.5, ge=0, lt=1, description="c: share of the largest gain of Vf that stays")
     exponent: float = parameter(3.0, ge=1, description="m: the larger, the steeper the first drop")
 
-    def check(self, scene: Any) -> None:
+    def check(self, conditions: Conditions) -> None:
         """Raise if the undeformed fabric is under stress: there is no loading from zero then."""
-        initial, compaction = scene.stack.initial_volume_fraction, scene.laws.compaction
-        if abs(compaction.pressure(initial, initial)) > 1e-6:
-            expected = f"expected a compaction law that is free of stress at Vf0; {compaction.kind} is not"
+        if abs(conditions.initial_pressure) > 1e-6:
+            found = f"it has {conditions.initial_pressure:.4g} Pa there"
+            expected = f"expected a compaction law that is free of stress at Vf0; {found}"
             raise impossible("laws.unloading.kind", self.kind, expected)
 
     def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:

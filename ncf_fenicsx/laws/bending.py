@@ -1,14 +1,21 @@
-"""Bending of a layer apart from its membrane stiffness."""
+"""[laws.bending]: bending of a layer apart from its membrane stiffness."""
 
 from __future__ import annotations
 
-from typing import Any
-
 from ncf_fenicsx.kinds import impossible, parameter
-from ncf_fenicsx.laws.elasticity import BendingLaw
+from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw, plane_stress_energy
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.neo_hookean import plane_stress_energy
+from ncf_fenicsx.laws.law import Conditions
 from ncf_fenicsx.units import PositiveStress
+
+
+class BendingLaw(HyperelasticInPlaneLaw):
+    """Bending of a layer apart from its membrane: the fibres act at its mid-plane, and this energy on what varies.
+
+    Its work over the volume is counted less that at the mid-plane, so that a uniform strain meets the fibres alone.
+    """
+
+    family = "bending"
 
 
 class MidPlane(BendingLaw):
@@ -22,13 +29,14 @@ class MidPlane(BendingLaw):
     modulus: PositiveStress = parameter("0.1 GPa", description="modulus in bending (not in the paper)")
     poisson: float = parameter(0.2, gt=-1, lt=1, description="Poisson's ratio in bending (not in the paper)")
 
-    def check(self, scene: Any) -> None:
+    def check(self, conditions: Conditions) -> None:
         """Raise where a layer has several elements through it, or is stiffer in bending than in its plane."""
-        if set(scene.stack.elements_through) != {1}:
-            raise impossible("stack.through", scene.stack.through, "expected 1 with laws.bending, taken at mid-plane")
-        stiffness = scene.laws.in_plane.stiffness
-        if self.modulus > stiffness:
-            raise impossible("laws.bending.modulus", self.modulus, f"expected at most the fibres' {stiffness:g} Pa")
+        most = max(conditions.elements_through)
+        if most > 1:
+            raise impossible("stack.through", most, "expected 1 with laws.bending, taken at mid-plane")
+        stiffest = conditions.fibre_modulus
+        if self.modulus > stiffest:
+            raise impossible("laws.bending.modulus", self.modulus, f"expected at most the fibres' {stiffest:g} Pa")
 
     def energy(self, in_plane_cauchy_green: Expression) -> Expression:
         """W in J/m3."""

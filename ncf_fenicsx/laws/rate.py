@@ -1,17 +1,40 @@
-"""Rate factor of the compaction stress (paper, Eq. 4, after Kelly), and the scene's word for having none."""
+"""[laws.rate]: factor on the compaction pressure that depends on speed."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, Self
+from abc import abstractmethod
+from typing import Literal, Self
 
 from pydantic import model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
-from ncf_fenicsx.laws.compaction import CompactionStep, RateLaw, positive
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import real
+from ncf_fenicsx.laws.law import CompactionStep, Conditions, Law, positive, real
 from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
+
+
+class RateLaw(Law):
+    """Factor on the compaction pressure that depends on speed."""
+
+    family = "rate"
+
+    @abstractmethod
+    def factor(self, speed: Expression) -> Expression:
+        """Dimensionless factor at a closing speed (m/s, negative in opening)."""
+
+    def speed(self, step: CompactionStep) -> Expression:
+        """Closing speed in m/s that the factor is taken at: that of the process."""
+        return step.process_speed
+
+    def apply(self, step: CompactionStep, slow: Expression) -> Expression:
+        """Pressure in Pa at the step's speed from that of slow loading.
+
+        Speed acts on pressure alone: were the tension of fabric pulled apart larger in closing than in opening, a cycle
+        would create energy.
+        """
+        at_rest = self.factor(0.0)
+        return at_rest * slow + (self.factor(self.speed(step)) - at_rest) * positive(slow)
 
 
 class KellyRate(RateLaw):
@@ -50,9 +73,9 @@ class KellyRate(RateLaw):
             raise impossible("sigma_inf", self.sigma_inf, f"expected more than sigma_0 = {self.sigma_0:g} Pa")
         return self
 
-    def check(self, scene: Any) -> None:
+    def check(self, conditions: Conditions) -> None:
         """Raise where the factor is negative or beyond numbers, at rest, at v_ref or at a speed of the process."""
-        speeds = [segment.closing_speed for segment in scene.segments if self.feed == "process"]
+        speeds = conditions.closing_speeds if self.feed == "process" else ()
         for speed in (0.0, self.v_ref, *speeds):
             factor = real(self.growth, speed)
             if not 0 < factor < math.inf:
@@ -80,9 +103,9 @@ class KellyRate(RateLaw):
         closed = step.initial_volume_fraction * (1 / step.old_volume_fraction - 1 / step.volume_fraction)
         return self.reference_thickness * closed * step.inverse_time_step
 
-    def caution(self, scene: Any) -> str | None:
+    def caution(self, conditions: Conditions) -> str | None:
         """The printed exponent makes the stress fall with speed, and negative from a speed on."""
-        del scene
+        del conditions
         if self.exponent == "corrected":
             return None
         ratio = self.sigma_inf / self.sigma_0

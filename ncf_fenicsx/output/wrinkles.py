@@ -1,4 +1,4 @@
-"""Lines along x and y over the nodes of a surface, and the wavelength along a line. Plain arrays only."""
+"""Waves of a surface: its lines along x and y, their wavelength, height and slope. Plain arrays only."""
 
 from __future__ import annotations
 
@@ -24,6 +24,42 @@ NEIGHBOURS = 16
 """Nodes that a value is fitted to where nodes form no grid; a quadratic has six coefficients."""
 REACH = 3.0
 """Sum of the sizes of a fit's weights above which it extrapolates: up to about 2 on a surface, growing away from it."""
+
+
+@dataclass(frozen=True)
+class Wrinkles:
+    """Waves of a surface along lines parallel to x and to y; all zero for a flat one.
+
+    Attributes:
+        amplitude: half the difference between highest and lowest deflection in m.
+        wavelength: ``crossing_wavelength`` of the line with the largest amplitude in m, 0 without a wave.
+        misalignment: largest angle between a line and its undeformed direction in rad.
+        curvature: largest second derivative of the deflection along a line in 1/m.
+    """
+
+    amplitude: float
+    wavelength: float
+    misalignment: float
+    curvature: float
+
+
+def wrinkles(places: Floats, deflection: Floats, floor: float = FLOOR) -> Wrinkles:
+    """Measures the waves of a surface.
+
+    For w = A sin(2 pi x / l) the misalignment tends to atan(2 pi A / l) and the curvature to A (2 pi / l)^2. The lines
+    are those of the nodes if these form a grid, else those of a grid that the deflection is fitted to.
+
+    Args:
+        places: undeformed places of the nodes in plan in m, shape (nodes, 2).
+        deflection: height now minus height undeformed in m, shape (nodes,).
+        floor: lines with a smaller amplitude in m are flat.
+    """
+    grid = grid_of(places)
+    w = grid.values(deflection)
+    along = [_steepest(grid.x, w, floor), _steepest(grid.y, w.T, floor)]
+    slope, curvature = np.max(along, axis=0)
+    wavelength = crossing_wavelength(*_highest_line(grid, w), floor)
+    return Wrinkles(float(np.ptp(deflection)) / 2, wavelength, math.atan(slope), float(curvature))
 
 
 @dataclass(frozen=True)
@@ -147,3 +183,26 @@ def spectral_wavelength(position: Floats, deflection: Floats, floor: float = FLO
         return 0.0
     shift = (before - after) / (2 * (before - 2 * at + after))
     return float(PADDING * points * (s[1] - s[0]) / (peak + shift))
+
+
+def _steepest(position: Floats, w: Floats, floor: float) -> tuple[float, float]:
+    """Largest slope of segments and second derivative (1/m, three points) of lines that are not flat."""
+    lines, steps = w[_amplitudes(w) > floor], np.diff(position)
+    slope = np.diff(lines, axis=1) / steps
+    second = 2 * np.diff(slope, axis=1) / (steps[1:] + steps[:-1])
+    return _largest(slope), _largest(second)
+
+
+def _largest(values: Floats) -> float:
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+
+
+def _amplitudes(w: Floats) -> Floats:
+    return (np.fmax.reduce(w, axis=1) - np.fmin.reduce(w, axis=1)) / 2
+
+
+def _highest_line(grid: Grid, w: Floats) -> tuple[Floats, Floats]:
+    heights = np.concatenate([_amplitudes(w), _amplitudes(w.T)])
+    # the first of lines that differ by rounding only, so that the choice is the same on any number of ranks
+    best = int(np.argmax(heights >= (1 - 1e-6) * _largest(heights)))
+    return (grid.x, w[best]) if best < len(w) else (grid.y, w[:, best - len(w)])

@@ -1,17 +1,75 @@
-"""Fibre families: plies with their angles, stiffer in tension than in compression."""
+"""[laws.in_plane]: the fibres in their plane; second Piola-Kirchhoff stress S_s over C_s."""
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Annotated, Any, Self
 
 import ufl
 from pydantic import PlainValidator, PrivateAttr, model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
-from ncf_fenicsx.laws.elasticity import HyperelasticInPlaneLaw
-from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.laws.kinematics import Expression, Kinematics
+from ncf_fenicsx.laws.law import Conditions, Law
 from ncf_fenicsx.units import PositiveStress
+
+
+class InPlaneLaw(Law):
+    """Fibre elasticity: second Piola-Kirchhoff stress S_s in the fibres' plane."""
+
+    family = "in_plane"
+
+    @abstractmethod
+    def stress(self, kinematics: Kinematics) -> Expression:
+        """S_s in Pa, shape (2, 2); its virtual work is S_s : variation(C_s) / 2."""
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> Expression:
+        """Largest in-plane modulus in Pa: it sets the forces that round-off leaves unbalanced."""
+
+
+class HyperelasticInPlaneLaw(InPlaneLaw):
+    """Fibre elasticity with an energy in C_s."""
+
+    @abstractmethod
+    def energy(self, in_plane_cauchy_green: Expression) -> Expression:
+        """W in J/m3 of reference volume."""
+
+    def stress(self, kinematics: Kinematics) -> Expression:
+        """S_s = 2 dW/dC_s in Pa, shape (2, 2)."""
+        C_s = ufl.variable(kinematics.in_plane_cauchy_green)
+        return 2 * ufl.diff(self.energy(C_s), C_s)
+
+
+class NeoHookean(HyperelasticInPlaneLaw):
+    """W = mu/2 (tr C_s - 2 - 2 ln J_s) + lambda/2 (ln J_s)^2, so S_s = mu (I - C_s^-1) + lambda ln J_s C_s^-1.
+
+    The paper's Eq. 1 uses the three-dimensional J, so that compaction across the thickness strains the fibres; here
+    only the stretch of the fibres' plane does. mu and lambda are those of plane stress: a strip pulled in its
+    plane has Young's modulus ``modulus`` and Poisson's ratio ``poisson``.
+    """
+
+    kind = "neo_hookean"
+    modulus: PositiveStress = parameter("242 GPa", description="Young's modulus of the fibres")
+    poisson: float = parameter(0.2, gt=-1, lt=1, description="Poisson's ratio in the plane (not in the paper)")
+
+    def energy(self, in_plane_cauchy_green: Expression) -> Expression:
+        """W in J/m3."""
+        return plane_stress_energy(in_plane_cauchy_green, self.modulus, self.poisson)
+
+    @property
+    def stiffness(self) -> Expression:
+        """Young's modulus in Pa."""
+        return self.modulus
+
+
+def plane_stress_energy(C_s: Expression, modulus: Expression, poisson: Expression) -> Expression:
+    """Neo-Hookean energy in J/m3 of a sheet with a Young's modulus (Pa) and Poisson's ratio in its plane."""
+    mu, lame = modulus / (2 * (1 + poisson)), modulus * poisson / (1 - poisson**2)
+    log_area_stretch = ufl.ln(ufl.det(C_s)) / 2
+    return mu / 2 * (ufl.tr(C_s) - 2 - 2 * log_area_stretch) + lame / 2 * log_area_stretch**2
 
 
 def _read_plies(value: Any) -> Any:
@@ -61,9 +119,9 @@ class FibreFamilies(HyperelasticInPlaneLaw):
             raise impossible("modulus_compression", self.modulus_compression, expected)
         return self
 
-    def check(self, scene: Any) -> None:
+    def check(self, conditions: Conditions) -> None:
         """Raise unless there is a list of plies for each layer, where there are several."""
-        count, layers = len(self._stacks), scene.stack.layers
+        count, layers = len(self._stacks), conditions.layers
         if self._per_layer and count != layers:
             raise impossible("laws.in_plane.plies", self.plies, f"expected a list for each of {layers} layers")
 
@@ -114,3 +172,48 @@ def _along(E: Expression, angle: Any) -> Expression:
     radians = angle * (math.pi / 180)
     c, s = ufl.cos(radians), ufl.sin(radians)
     return c * c * E[0, 0] + s * s * E[1, 1] + c * s * (E[0, 1] + E[1, 0])
+
+
+class NeoHookeanAsPrinted(InPlaneLaw):
+    """sigma = mu/J (B - I) + lambda (J - 1) I with the three-dimensional J, of which the fibres' plane is kept.
+
+    With P = I - n n, the stress P sigma P has the components mu (I + g g^T - C_s^-1) + lambda J (J - 1) C_s^-1 in the
+    convected base of the plane, times 1/J; g = C_s^-1 (C_13, C_23). It is no derivative of an energy: compaction
+    changes the stress in the plane, and a stretch of the plane does not change that across it.
+    """
+
+    kind = "as_printed"
+    symmetric = False
+    modulus: PositiveStress = parameter("242 GPa", description="Young's modulus of the fibres")
+    poisson: float = parameter(0.3, gt=0, lt=0.5, description="Poisson's ratio (not in the paper)")
+
+    def stress(self, kinematics: Kinematics) -> Expression:
+        """S_s in Pa, shape (2, 2)."""
+        inverse, J = ufl.inv(kinematics.in_plane_cauchy_green), kinematics.volume_ratio
+        slope = ufl.dot(inverse, kinematics.transverse_shear)
+        strain = ufl.Identity(2) + ufl.outer(slope, slope) - inverse
+        return self.shear_modulus * strain + self.lame * J * (J - 1) * inverse
+
+    @property
+    def shear_modulus(self) -> Expression:
+        """Mu in Pa."""
+        return self.modulus / (2 * (1 + self.poisson))
+
+    @property
+    def lame(self) -> Expression:
+        """Lambda in Pa."""
+        return self.modulus * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
+
+    @property
+    def stiffness(self) -> Expression:
+        """Lambda + 2 mu in Pa."""
+        return self.lame + 2 * self.shear_modulus
+
+    def caution(self, conditions: Conditions) -> str | None:
+        """Not symmetric, and unstable almost at once: where lambda times the compaction passes G_t, layers crimp."""
+        modulus = conditions.shear_modulus
+        return (
+            f"the stress as printed has no energy, so the tangent is not symmetric (LU); compaction presses the fibres "
+            f"in their plane by lambda = {self.lame / 1e9:.1f} GPa times its strain, and layers lose stability once "
+            f"that passes G_t = {modulus / 1e6:.3g} MPa: from a compaction of {100 * modulus / self.lame:.2g} % on"
+        )
