@@ -7,20 +7,18 @@ import signal
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 from mpi4py import MPI
+from program import DEMOS, ENVIRONMENT
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.output.checkpoint import NAME
 from ncf_fenicsx.output.safe_files import ResultError, replace
 
 COMM = MPI.COMM_WORLD
-ROOT = Path(__file__).parents[1]
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 DOWN = {"travel": ["0 mm", "0 mm", "-0.3 mm"], "speed": "1 mm/min"}
 UP = {"travel": ["0 mm", "0 mm", "0.2 mm"], "speed": "2 mm/min"}
@@ -130,7 +128,7 @@ def test_a_damaged_checkpoint_is_one_line(folder):
 
 
 SLOW_ROLLER = [
-    ROOT / "demos" / "long_roller.toml",
+    DEMOS / "long_roller.toml",
     *("--set", "stack.divisions=[12, 2]"),
     *("--set", "solver.largest_step=0.2 s", "--set", "solver.first_step=0.2 s"),
     *("--set", "output.picture=false", "--set", "output.checkpoint_every=1"),

@@ -1,13 +1,12 @@
 """What the paper prints and what it must mean, row by row: every figure, and both options."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
 from laws_by_number import MM_PER_MIN, VF0, in_step, numbers, strained
 from mpi4py import MPI
+from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.laws.compaction import Exponential
@@ -18,9 +17,6 @@ from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
-
-DEMOS = Path(__file__).parents[1] / "demos"
-
 
 # Vf0 and Eq. 5
 

@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.laws.compaction import Exponential
 
-SCENE = Path(__file__).with_name("single_element.toml")
+SCENE = Path(__file__).parents[1] / "single_element.toml"
 KPA, MPA = 1e-3, 1e-6
 VF0 = Scene.read(SCENE).stack.initial_volume_fraction
 SHARES, TIMES = (0.3, 0.2), (2.0, 30.0)

@@ -4,13 +4,13 @@ import csv
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 import ufl
 from mpi4py import MPI
+from program import DEMOS
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.kinds import _parts
@@ -20,9 +20,8 @@ from ncf_fenicsx.tools.rigid_surface import Tool
 from ncf_fenicsx.units import PositiveLength
 
 COMM = MPI.COMM_WORLD
-ROOT = Path(__file__).parents[1]
 
-LONG_ROLLER = ROOT / "demos" / "long_roller.toml"
+LONG_ROLLER = DEMOS / "long_roller.toml"
 
 
 def column(result, name):

@@ -21,7 +21,7 @@ from ncf_fenicsx.laws.shear import GrowingShear
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
 
-SCENE = Path(__file__).with_name("single_element.toml")
+SCENE = Path(__file__).parents[1] / "single_element.toml"
 KPA, MPA, GPA, MM_PER_MIN = 1e-3, 1e-6, 1e-9, 1e-3 / 60
 VF0 = Scene.read(SCENE).stack.initial_volume_fraction
 MEASURED_RATE = ((1, 23.7), (2, 40.0), (5, 85.8))  # kPa at Vf 0.60: Table 2; at 2 mm/min about sigma_beta(0.60)

@@ -1,4 +1,6 @@
-"""Where the paper's Eq. 1, as printed, loses stability, and which term takes it: ``python3 demos/as_printed.py``.
+"""Where the paper's Eq. 1, as printed, loses stability, and which term takes it.
+
+Run: ``docker/run python3 demos/verification/as_printed.py``
 
 A strip of one layer is compacted evenly, a little more each time. The eigenvalue of its tangent with the lowest real
 part, y K x / (y x) with its left and right vectors, is split into what the fibres' law gives and what all the rest

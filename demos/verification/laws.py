@@ -1,6 +1,6 @@
 """Every law and cycle in one figure: dots are what the program computes, lines closed forms and sources.
 
-Run: ``docker/run python3 demos/laws.py [RESULTS_FOLDER]`` or with ``mpirun -n 2`` before ``python3``.
+Run: ``docker/run python3 demos/verification/laws.py [RESULTS_FOLDER]`` or with ``mpirun -n 2`` before ``python3``.
 """
 
 import sys

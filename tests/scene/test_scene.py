@@ -1,21 +1,19 @@
 """Scenes: what is read, what is refused, in one line, with nothing written."""
 
-import os
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from program import DEMOS, ENVIRONMENT, ROOT, SMALL_STACK
 
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.scene.keys import keys
 from ncf_fenicsx.units import parse_quantity
 
-ROOT = Path(__file__).parents[1]
-ROLLER = ROOT / "demos" / "roller.toml"
+ROLLER = DEMOS / "roller.toml"
 
 WRONG = {
     "unknown key": (["stack.thicknes=2 mm"], "stack.thicknes = '2 mm': unknown key; did you mean 'thickness'?"),
@@ -157,7 +155,7 @@ FILES = {
     "unknown key": ("[tool]\nradus = '2 mm'", "did you mean 'radius'"),
     "no such mesh": ("[tool]\n[stack]\nmesh = 'none.msh'", "none.msh"),
     "mesh that is none": ("[tool]\n[stack]\nmesh = 'case.toml'", "case.toml"),
-    "layer missing": (f"[tool]\n[stack]\nlayers = 3\nmesh = '{ROOT}/meshes/small_stack.msh'", "layer_3"),
+    "layer missing": (f"[tool]\n[stack]\nlayers = 3\nmesh = '{SMALL_STACK}'", "layer_3"),
 }
 
 
@@ -169,10 +167,9 @@ def test_a_wrong_scene_ends_with_code_2_and_writes_nothing(case, command, tmp_pa
     if content is not None:
         (tmp_path / "case.toml").write_bytes(content if isinstance(content, bytes) else content.encode())
     before = sorted(tmp_path.iterdir())
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
     ended = subprocess.run(
         [sys.executable, "-m", "ncf_fenicsx", command, "case.toml"],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
+        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert ended.returncode == 2
     assert ended.stdout == ""
@@ -195,9 +192,7 @@ def test_results_are_not_overwritten_unasked(tmp_path):
         "--set",
         "stack.layers=1",
     ]
-    ended = subprocess.run(
-        command, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
-    )
+    ended = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert ended.returncode == 2
     assert "--overwrite" in ended.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
@@ -205,7 +200,7 @@ def test_results_are_not_overwritten_unasked(tmp_path):
 
 @pytest.mark.parametrize("name", ["roller", "long_roller", "single_element"])
 def test_the_resolved_scene_reads_back_to_the_same(name):
-    scene = Scene.read(ROOT / "demos" / f"{name}.toml")
+    scene = Scene.read(DEMOS / f"{name}.toml")
     assert Scene.from_table(tomllib.loads(scene.to_toml())) == scene
 
 
@@ -219,7 +214,7 @@ def test_the_resolved_scene_reads_back_to_the_same(name):
         {"tool": {}, "laws": {"relaxation": {"branches": [{"time": "3 s"}, {"share": 0.5}]}, "unloading": {}}},
         {"tool": {}, "laws": {"compaction": {"kind": "table"}, "bending": {}, "volume_fraction": "volume"}},
         {"tool": {}, "output": {"permeability": {"kind": "kozeny_carman", "fibre_radius": "5 um"}}},
-        {"duration": "2 s", "stack": {"layers": 2, "mesh": str(ROOT / "meshes" / "small_stack.msh")}},
+        {"duration": "2 s", "stack": {"layers": 2, "mesh": str(SMALL_STACK)}},
         {"tool": {"path": [{"hold": "1 s"}]}, "stack": {"through": [1, 2, 1, 3], "focus": ["1 mm", "2 mm"]}},
     ],
 )

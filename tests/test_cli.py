@@ -1,29 +1,19 @@
 """The program as it is called: commands, exit codes, demos."""
 
 import json
-import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from program import DEMOS, ENVIRONMENT, ROOT, call
 
 import ncf_fenicsx
 from ncf_fenicsx.output.measures import COLUMNS
 from ncf_fenicsx.scene.keys import keys
 
-ROOT = Path(__file__).parents[1]
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 pytestmark = pytest.mark.serial
 SMALL = ["--set", "stack.layers=2", "--set", "stack.divisions=[6, 3]", "--set", "output.picture=false"]
-
-
-def call(*arguments, ranks=1, folder=None):
-    command = [sys.executable, "-m", "ncf_fenicsx", *map(str, arguments)]
-    if ranks > 1:
-        command = ["mpirun", "-n", str(ranks), *command]
-    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
 
 
 def test_version_and_help():
@@ -32,7 +22,7 @@ def test_version_and_help():
 
 
 def test_check_shows_the_scene_in_si_and_what_will_be_built():
-    ended = call("check", ROOT / "demos" / "roller.toml")
+    ended = call("check", DEMOS / "roller.toml")
     assert ended.returncode == 0
     assert 'radius = "0.0025 m"' in ended.stdout
     assert "unknowns: 24600" in ended.stdout
@@ -43,7 +33,7 @@ def test_check_shows_the_scene_in_si_and_what_will_be_built():
 @pytest.mark.serial
 @pytest.mark.parametrize("order", [1, 2])
 def test_check_tells_the_unknowns_of_the_run(tmp_path, order):
-    words = (ROOT / "demos" / "long_roller.toml", "--set", "stack.divisions=[6, 2]", "--set", f"stack.order={order}")
+    words = (DEMOS / "long_roller.toml", "--set", "stack.divisions=[6, 2]", "--set", f"stack.order={order}")
     checked = call("check", *words)
     call("run", *words, "--set", "solver.max_steps=1", "--out", tmp_path / "run")
     unknowns = json.loads((tmp_path / "run" / "run.json").read_text("utf-8"))["unknowns"]
@@ -51,7 +41,7 @@ def test_check_tells_the_unknowns_of_the_run(tmp_path, order):
 
 
 def test_a_run_that_ends_has_code_0_and_one_that_stops_code_1(tmp_path):
-    scene = ROOT / "demos" / "roller.toml"
+    scene = DEMOS / "roller.toml"
     done = call("run", scene, *SMALL, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "results" / "roller" / "history.csv").is_file()
@@ -80,7 +70,7 @@ def test_a_rank_that_fails_ends_all_ranks(tmp_path):
         "    original(self, progress, size, outcome)\n"
         "simulation.Simulation.accept = accept\ncli.main()\n"
     )
-    command = ["mpirun", "-n", "2", sys.executable, str(script), "run", str(ROOT / "demos" / "roller.toml"), *SMALL]
+    command = ["mpirun", "-n", "2", sys.executable, str(script), "run", str(DEMOS / "roller.toml"), *SMALL]
     ended = subprocess.run(
         [*command, "--out", str(tmp_path / "out")],
         env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=300,
@@ -90,7 +80,7 @@ def test_a_rank_that_fails_ends_all_ranks(tmp_path):
 
 
 def test_the_single_element_demo_agrees_with_its_closed_form(tmp_path):
-    demo = ROOT / "demos" / "single_element.py"
+    demo = DEMOS / "single_element.py"
     ended = subprocess.run(
         [sys.executable, str(demo), str(tmp_path)], env=ENVIRONMENT, capture_output=True, text=True, check=False
     )

@@ -1,7 +1,7 @@
 """An isotropic block under a rigid cylinder, side by side with general codes: time, memory and error in force.
 
-Run on the machine itself, not in the container: ``python3 demos/general_codes.py``. CalculiX takes part where it is
-installed (Debian: ``apt-get install calculix-ccx``), FElupe with ``--felupe general/bin/python`` after
+Run on the machine itself, not in the container: ``python3 demos/verification/general_codes.py``. CalculiX takes part
+where it is installed (Debian: ``apt-get install calculix-ccx``), FElupe with ``--felupe general/bin/python`` after
 ``python3 -m venv general && general/bin/pip install "felupe[all]==11.3" pypardiso``. All codes have the same law,
 penalty, ten steps and tolerance, and may use all cores. Times are those of whole programs, start and files included;
 that of this program's container, measured beside it, is taken off.
@@ -88,7 +88,7 @@ def this_program(mesh: dict[str, Any], ranks: int, folder: Path) -> dict[str, fl
     scene = folder / "block.toml"
     scene.write_text(SCENE.format(**BLOCK | mesh | more), encoding="utf-8")
     busy = ["env", "OMPI_MCA_mpi_yield_when_idle=0"]  # nothing else runs here
-    command = [str(HERE.parent / "docker" / "run"), *busy, "mpirun", "-n", str(ranks), "ncf-fenicsx"]
+    command = [str(HERE.parents[1] / "docker" / "run"), *busy, "mpirun", "-n", str(ranks), "ncf-fenicsx"]
     start = time.perf_counter()
     subprocess.run([command[0], "true"], check=True, capture_output=True)
     container, start = time.perf_counter() - start, time.perf_counter()

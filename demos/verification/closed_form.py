@@ -1,7 +1,8 @@
 """Force on a flat plate over Vf, from the paper's numbers alone: an example of another code's history.
 
-Run: ``python3 demos/closed_form.py FILE.csv``; ``demos/closed_form.csv`` is what it writes. It uses nothing of this
-program: 400 mm2 of fabric, 1 mm/min, Eq. 3 shifted to zero at Vf0, Eq. 4 with -1/alpha3, over that at 2 mm/min.
+Run: ``python3 demos/verification/closed_form.py FILE.csv``; ``closed_form.csv`` beside it is what it writes. It uses
+nothing of this program: 400 mm2 of fabric, 1 mm/min, Eq. 3 shifted to zero at Vf0, Eq. 4 with -1/alpha3, over that at
+2 mm/min.
 """
 
 import csv

@@ -1,12 +1,11 @@
 """Laws at work in whole runs: histories against exact solutions, a new law in the roller scene, permeability fields."""
 
-from pathlib import Path
-
 import meshio
 import numpy as np
 import pytest
 from laws_by_number import VF0, march
 from mpi4py import MPI
+from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.kinds import _parts
@@ -15,7 +14,6 @@ from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw
 from ncf_fenicsx.laws.permeability import Gebart, KozenyCarman
 
 COMM = MPI.COMM_WORLD
-DEMOS = Path(__file__).parents[1] / "demos"
 
 
 def plate(path, laws, permeability=None, **solver):

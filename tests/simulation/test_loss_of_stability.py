@@ -1,12 +1,12 @@
 """Loss of stability: pivots and the critical mode against dense eigenvalues, and runs that go on past it."""
 
 import json
-from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 from assembled import COMM, assign, build
+from program import DEMOS
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.output.energies import Energies
@@ -203,7 +203,7 @@ def test_a_run_that_viscosity_has_taken_over_is_stopped(folder):
 @pytest.mark.serial
 def test_a_push_along_the_critical_mode_leads_to_the_stable_branch(folder):
     """A long roller 2.5 mm into 8 mm: without a push the run stays on the branch that is no longer stable."""
-    long_roller = Path(__file__).parents[1] / "demos" / "long_roller.toml"
+    long_roller = DEMOS / "long_roller.toml"
     settings = ["stack.divisions=[20, 1]", 'tool.path.0.travel=["0 mm", "0 mm", "-2.5 mm"]', "output.picture=false"]
     stays = run(Scene.read(long_roller, settings), folder / "stays").history
     lost = next(k for k, row in enumerate(stays) if row["negative_pivots"])

@@ -1,6 +1,6 @@
 """Hertz's line contact: a long rigid cylinder on a thick elastic block, over the closed form.
 
-Run: ``docker/run python3 demos/hertz.py [RESULTS_FOLDER]``; draws ``hertz.png`` in that folder.
+Run: ``docker/run python3 demos/verification/hertz.py [RESULTS_FOLDER]``; draws ``hertz.png`` in that folder.
 
 The block is one solid: its layers are bonded and differ only in the number of elements through them. The computed
 force gives Hertz's half width a and peak pressure p0, which the computed ones are compared with.

@@ -2,10 +2,10 @@
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.study.error_grid import TOGETHER, Variants
@@ -14,7 +14,6 @@ from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.work_precision import front
 
 pytestmark = pytest.mark.serial
-DEMOS = Path(__file__).parents[1] / "demos"
 FILE = DEMOS / "long_roller.toml"
 SMALL = ("stack.layers=2", "stack.divisions=[6, 1]", "laws.shear.modulus=2 MPa", "solver.max_steps=40")
 

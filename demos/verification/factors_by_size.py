@@ -1,4 +1,6 @@
-"""From what size on factors of layers beat those of the whole: ``python3 demos/factors_by_size.py [FOLDER] [OPTIONS]``.
+"""From what size on factors of layers beat those of the whole.
+
+Run: ``docker/run python3 demos/verification/factors_by_size.py [RESULTS_FOLDER] [OPTIONS]``
 
 Runs the roller scene with a bending modulus of 0.1 GPa on even meshes of N x N elements a layer: with new factors at
 every iteration, kept ones, and those of layers. Prints time and memory, writes them to ``factors_by_size.csv`` in the
@@ -19,7 +21,7 @@ from ncf_fenicsx.report.reading import read_history
 from ncf_fenicsx.study.launch import BARE, launch
 from ncf_fenicsx.study.machine import machine
 
-SCENE = Path(__file__).with_name("roller.toml")
+SCENE = Path(__file__).parents[1] / "roller.toml"
 SET = ("stack.grading=[0, 0]", "laws.bending.modulus=0.1 GPa", "solver.force_tolerance=1e-4", *BARE)
 WAYS = {"new": "of the whole, new", "kept": "of the whole, kept", "layers": "of layers"}
 LARGEST_DIFFERENCE = 1e-4

@@ -4,17 +4,15 @@ import csv
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from test_program import call
+from program import DEMOS, call
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.study.comparison import Comparison, Curves, unit_of
 
-DEMOS = Path(__file__).parents[1] / "demos"
 pytestmark = pytest.mark.serial
 
 
@@ -135,8 +133,8 @@ def test_the_command_ends_with_the_verdict(folder):
 
 def test_the_example_of_another_code_agrees_with_a_run(folder):
     """The paper's law from its numbers alone, in units of its own, against one hexahedron under a plate."""
-    subprocess.run([sys.executable, DEMOS / "closed_form.py", folder / "again.csv"], check=True)
-    assert (folder / "again.csv").read_bytes() == (DEMOS / "closed_form.csv").read_bytes()
+    subprocess.run([sys.executable, DEMOS / "verification" / "closed_form.py", folder / "again.csv"], check=True)
+    assert (folder / "again.csv").read_bytes() == (DEMOS / "verification" / "closed_form.csv").read_bytes()
     result = run(Scene.read(DEMOS / "single_element.toml", ["output.picture=false"]), folder / "run")
-    ours, theirs = Curves.read(result.folder / "history.csv"), Curves.read(DEMOS / "closed_form.csv")
+    ours, theirs = Curves.read(result.folder / "history.csv"), Curves.read(DEMOS / "verification" / "closed_form.csv")
     assert Comparison(ours, theirs, ["tool_force"], "vf_max").within(1e-4)

@@ -1,11 +1,10 @@
 """Meshes: extruded, from gmsh, in parts, and what is wrong with them."""
 
-from pathlib import Path
-
 import meshio
 import numpy as np
 import pytest
 from mpi4py import MPI
+from program import SMALL_STACK
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.mesh import build_mesh, hexahedra
@@ -14,7 +13,6 @@ from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, lower_tag, upper_tag
 from ncf_fenicsx.mesh.stack_mesh import stack_of
 
 COMM = MPI.COMM_WORLD
-SMALL = Path(__file__).parents[1] / "meshes" / "small_stack.msh"
 
 
 def test_grading_follows_its_formula_on_both_sides_of_the_focus():
@@ -77,7 +75,7 @@ def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(k
     extruded["order"] = order
     one = run(Scene.from_table(table | {"stack": extruded}), folder / "extruded").history
     two = run(
-        Scene.from_table(table | {"stack": {"layers": 2, "mesh": str(SMALL), "order": order}}), folder / "gmsh"
+        Scene.from_table(table | {"stack": {"layers": 2, "mesh": str(SMALL_STACK), "order": order}}), folder / "gmsh"
     ).history
     assert len(one) == len(two) > 5
     assert one[-1]["tool_force"] > 0
@@ -89,7 +87,7 @@ def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(k
 def altered(path, change, **tables):
     """Copy of the small gmsh mesh with one thing wrong, on rank 0; the same path on all."""
     if COMM.rank == 0:
-        mesh = meshio.read(SMALL, file_format="gmsh")
+        mesh = meshio.read(SMALL_STACK, file_format="gmsh")
         change(mesh)
         meshio.write(path, mesh, file_format="gmsh22", binary=False)
     COMM.barrier()
@@ -189,7 +187,7 @@ def test_cells_in_a_volume_that_is_no_layer_are_named(folder):
 
 
 def test_layers_that_share_nodes_are_split_and_separate_ones_bonded():
-    shared = read_gmsh(SMALL, 2)
+    shared = read_gmsh(SMALL_STACK, 2)
     split = hexahedra.split_layers(shared, np.array([0, 1]))
     bonded = hexahedra.bond_layers(split)
     assert len(split.points) == len(shared.points) + 7 * 3

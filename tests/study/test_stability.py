@@ -1,9 +1,9 @@
 """The stability study: its grid is of valid scenes, its runs are resumed, its map and words follow its rows."""
 
 import csv
-from pathlib import Path
 
 import pytest
+from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.study.stability import study_stability, summary
@@ -12,7 +12,7 @@ from ncf_fenicsx.study.stability_map import COLOURS, draw_map, verdict
 from ncf_fenicsx.study.stability_runner import COLUMNS, Runner
 
 pytestmark = pytest.mark.serial
-FILE = Path(__file__).parents[1] / "demos" / "long_roller.toml"
+FILE = DEMOS / "long_roller.toml"
 SMALL = ("stack.layers=2", "stack.divisions=[6, 1]", "tool.path.0.travel=['0 mm', '0 mm', '-0.1 mm']")
 
 

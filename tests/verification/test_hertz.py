@@ -1,15 +1,15 @@
-"""Hertz's line contact, the scene of `demos/hertz.py`: half width, peak and profile of the contact pressure."""
+"""Hertz's line contact, from `demos/verification/hertz.py`: half width, peak and profile of the pressure."""
 
 import importlib.util
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mpi4py import MPI
+from program import DEMOS
 
 COMM = MPI.COMM_WORLD
-DEMO = Path(__file__).parents[1] / "demos" / "hertz.py"
+DEMO = DEMOS / "verification" / "hertz.py"
 
 
 @pytest.fixture

@@ -1,11 +1,10 @@
 """Forms whose compilation was killed once are compiled by the next program, not waited for."""
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from program import ENVIRONMENT
 
 PROGRAM = """
 import dolfinx, ufl
@@ -21,8 +20,7 @@ print(mesh.comm.allreduce(dolfinx.fem.assemble_scalar(form)))
 @pytest.mark.serial
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_a_compilation_that_was_killed_is_done_again(tmp_path, ranks):
-    root = Path(__file__).parents[1]
-    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(root)}
+    environment = ENVIRONMENT | {"XDG_CACHE_HOME": str(tmp_path)}
 
     def run():
         command = ["mpirun", "-n", str(ranks), sys.executable, "-c", PROGRAM]

@@ -1,4 +1,6 @@
-"""The roller scene by every way of enforcing contact: ``python3 demos/enforcement.py [RESULTS] [KEY=VALUE ...]``.
+"""The roller scene by every way of enforcing contact.
+
+Run: ``docker/run python3 demos/verification/enforcement.py [RESULTS_FOLDER] [KEY=VALUE ...]``
 
 Prints force, penetration, iterations and time of each, and writes them to ``enforcement.csv`` in the folder. Ends with
 an error if two forces differ by more than 0.5 %, or the augmented Lagrangian penetrates by over 1e-4 of a layer.
@@ -29,7 +31,7 @@ UM = 1e6
 
 def measured(way: str, folder: Path, overrides: list[str]) -> dict[str, float | str]:
     """One row of the table."""
-    scene = Scene.read(Path(__file__).with_name("roller.toml"), [*overrides, *WAYS[way]])
+    scene = Scene.read(Path(__file__).parents[1] / "roller.toml", [*overrides, *WAYS[way]])
     result = run(scene, folder, overwrite=True)
     last = result.history[-1]
     between = max(value for name, value in last.items() if name.startswith("interface_penetration_max"))
@@ -51,7 +53,7 @@ def main(folder: Path, overrides: list[str]) -> int:
     """Run all; how many break their limit."""
     rows = [measured(way, folder / f"way_{number}", overrides) for number, way in enumerate(WAYS)]
     exact = next(row for row in rows if row["way"] == EXACT)
-    thickness = Scene.read(Path(__file__).with_name("roller.toml"), overrides).stack.thickness
+    thickness = Scene.read(Path(__file__).parents[1] / "roller.toml", overrides).stack.thickness
     broken = sum(abs(row["force_N"] / exact["force_N"] - 1) > LARGEST_DIFFERENCE for row in rows)
     deepest = max(exact["penetration_of_tool_um"], exact["penetration_between_layers_um"]) / UM
     broken += deepest > LARGEST_PENETRATION * thickness

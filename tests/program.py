@@ -1,0 +1,20 @@
+"""Where the project's files stand, and the program as a user calls it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+DEMOS = ROOT / "demos"
+SMALL_STACK = ROOT / "tests" / "small_stack.msh"
+"""Two layers with conforming nodes, written by gmsh."""
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
+
+
+def call(*arguments, ranks=1, folder=None):
+    """Run the program with these arguments, to its end."""
+    command = [sys.executable, "-m", "ncf_fenicsx", *map(str, arguments)]
+    if ranks > 1:
+        command = ["mpirun", "-n", str(ranks), *command]
+    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
