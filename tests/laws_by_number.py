@@ -7,6 +7,7 @@ import ufl
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.kinds import kinds
+from ncf_fenicsx.laws.compaction import Exponential
 from ncf_fenicsx.laws.kinematics import Kinematics
 from ncf_fenicsx.laws.law import CompactionStep, number
 
@@ -63,3 +64,21 @@ def march(laws, compaction, history, rate=None):
         updated = {name: value for law in laws for name, value in law.updated_states(step, states).items()}
         states = {name: number(value) for name, value in updated.items()}
     return np.array(pressures)
+
+
+RNG = np.random.default_rng(5)
+DEFORMATIONS = [np.eye(3) + RNG.uniform(-0.1, 0.1, (3, 3)) for _ in range(3)]
+TURN = np.linalg.qr(RNG.normal(size=(3, 3)))[0]
+TURN *= np.sign(np.linalg.det(TURN))
+
+EXPONENTIAL = Exponential()
+TWO = law("relaxation", "maxwell", branches=[{"share": 0.3, "time": "1 s"}, {"share": 0.2, "time": "100 s"}])
+SET = law("unloading", "permanent_set", set_share=0.6, exponent=4.0)
+
+
+def loading(vf):
+    return EXPONENTIAL.pressure(vf, VF0)
+
+
+def rows(times, vf):
+    return list(zip(np.asarray(times, dtype=float), np.asarray(vf, dtype=float), strict=True))

@@ -1,4 +1,4 @@
-"""Compaction pressure and its rate against the paper's figures, closed forms and finite differences."""
+"""Compaction pressure against the paper's figures, closed forms and finite differences."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from ncf_fenicsx.laws.law import number
 from ncf_fenicsx.laws.rate import KellyRate
 
 pytestmark = pytest.mark.serial
-
 LAWS = [kind() for kind in kinds("compaction").values()]
 LAWS += [Exponential(toe="clip"), Exponential(toe="raw")]
 STRESS_FREE = [made for made in LAWS if getattr(made, "toe", "") != "raw"]
@@ -101,30 +100,6 @@ def test_the_table_is_pchip_through_its_points_and_shifted_to_zero():
     at_rest = made.pressure(0.45, VF0) - reference(0.45)
     assert made.pressure(inner, VF0) - at_rest == pytest.approx(reference(inner), rel=1e-12)
     assert made.pressure(vf, VF0) - at_rest == pytest.approx(stress, rel=1e-12)
-
-
-# rate
-
-
-@pytest.mark.parametrize("exponent", ["corrected", "as_printed"])
-def test_opening_has_the_factor_of_rest_and_the_change_is_smooth(exponent):
-    rate = KellyRate(exponent=exponent)
-    speeds = np.linspace(-0.02, 0.02, 401) * MM_PER_MIN
-    growth = rate.growth(speeds)
-    assert np.all(growth[speeds < 0] == rate.growth(0.0))
-    assert growth[-1] != rate.growth(0.0)
-    slope = np.gradient(growth, speeds) * MM_PER_MIN
-    assert np.abs(np.diff(slope)).max() < 1e-5
-
-
-def test_the_local_closing_speed_is_the_reference_thickness_times_the_strain_rate():
-    rate = KellyRate(feed="local", reference_thickness="8 mm")
-    stretch = VF0 / np.array([0.5, 0.501])
-    strain_rate = (stretch[0] - stretch[1]) / 0.25
-    step = in_step(Exponential(), 0.501, 0.5, time_step=0.25, process_speed=1.0)
-    assert number(rate.speed(step)) == pytest.approx(8e-3 * strain_rate, rel=1e-12)
-    assert KellyRate(feed="process").speed(step) == 1.0
-    assert number(rate.speed(in_step(Exponential(), 0.501, 0.5))) < 1e-30  # settling is no closing
 
 
 def test_a_table_that_starts_flat_or_above_zero():

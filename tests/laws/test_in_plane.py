@@ -1,22 +1,14 @@
-"""Elasticity of fibres, shear and solids against finite differences, closed forms and each other."""
+"""Elasticity of fibres in their plane against finite differences, closed forms and each other."""
 
 import numpy as np
 import pytest
 import ufl
-from laws_by_number import VF0, law, numbers, strained
+from laws_by_number import DEFORMATIONS, numbers, strained
 
 from ncf_fenicsx.laws.in_plane import FibreFamilies, NeoHookean, NeoHookeanAsPrinted
-from ncf_fenicsx.laws.kinematics import Kinematics
 from ncf_fenicsx.laws.law import number
-from ncf_fenicsx.mechanics.material import normal_stress_of
 
 pytestmark = pytest.mark.serial
-
-RNG = np.random.default_rng(5)
-DEFORMATIONS = [np.eye(3) + RNG.uniform(-0.1, 0.1, (3, 3)) for _ in range(3)]
-TURN = np.linalg.qr(RNG.normal(size=(3, 3)))[0]
-TURN *= np.sign(np.linalg.det(TURN))
-
 HYPERELASTIC = [
     NeoHookean(),
     NeoHookean(poisson=-0.3),
@@ -115,96 +107,3 @@ def test_a_quasi_isotropic_stack_is_isotropic_in_tension():
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         energies.append(in_plane_energy(made, turn @ c @ turn.T))
     assert energies == pytest.approx([energies[0]] * 7, rel=1e-5)
-
-
-# transverse shear
-
-
-@pytest.mark.parametrize("kind", ["constant", "growing"])
-def test_shear_energy_of_a_slide(kind):
-    made, slide = law("shear", kind, modulus="0.3 MPa"), 0.05
-    F = np.eye(3)
-    F[0, 2] = slide
-    assert number(made.energy(strained(F))) == pytest.approx(0.3e6 / 2 * slide**2, rel=1e-12)
-    assert made.small_strain_modulus == pytest.approx(0.3e6, rel=1e-9)
-
-
-def test_growing_shear_follows_the_volume_fraction():
-    made, F = law("shear", "growing", exponent=4.0), np.eye(3)
-    F[0, 2], F[2, 2] = 0.05, 0.8
-    constant = number(law("shear", "constant").energy(strained(F)))
-    assert number(made.energy(strained(F))) == pytest.approx((1 / 0.8) ** 4 * constant, rel=1e-12)
-    assert number(law("shear", "growing", exponent=0.0).energy(strained(F))) == pytest.approx(constant, rel=1e-12)
-
-
-# isotropic solids
-
-
-SOLIDS = [law("solid", kind, modulus="1 MPa", poisson=0.3) for kind in ("logarithmic", "split")]
-
-
-def solid_stress(made, F):
-    """First Piola-Kirchhoff stress by central differences of the energy."""
-    P, step = np.zeros((3, 3)), 1e-6
-    for i, j in np.ndindex(3, 3):
-        change = np.zeros((3, 3))
-        change[i, j] = step
-        P[i, j] = (number(made.energy(strained(F + change))) - number(made.energy(strained(F - change)))) / (2 * step)
-    return P
-
-
-@pytest.mark.parametrize("made", SOLIDS, ids=lambda made: made.kind)
-def test_solids_have_the_modulus_and_poisson_ratio_they_are_given(made):
-    strain = 1e-5
-    stress = solid_stress(made, np.diag([1 + strain, 1 - 0.3 * strain, 1 - 0.3 * strain]))
-    assert stress[0, 0] == pytest.approx(1e6 * strain, rel=1e-3)
-    assert abs(stress[1, 1]) < 1e-3 * 1e6 * strain
-    held = solid_stress(made, np.diag([1, 1, 1 - strain]))
-    assert held[2, 2] == pytest.approx(-made.stiffness * strain, rel=1e-3)
-
-
-@pytest.mark.parametrize("F", DEFORMATIONS)
-def test_solids_are_the_textbook_ones(F):
-    mu, lame, bulk = 1e6 / 2.6, 1e6 * 0.3 / (1.3 * 0.4), 1e6 / 1.2
-    J, I1 = np.linalg.det(F), np.trace(F.T @ F)
-    logarithmic = mu / 2 * (I1 - 3) - mu * np.log(J) + lame / 2 * np.log(J) ** 2
-    split = mu / 2 * (J ** (-2 / 3) * I1 - 3) + bulk / 2 * (J - 1) ** 2
-    for made, expected in zip(SOLIDS, (logarithmic, split), strict=True):
-        assert number(made.energy(strained(F))) == pytest.approx(expected, rel=1e-10)
-
-
-@pytest.mark.parametrize("made", [*SOLIDS, law("shear", "growing")], ids=lambda made: made.kind)
-@pytest.mark.parametrize("F", DEFORMATIONS)
-def test_normal_stress_is_that_of_the_cauchy_stress(made, F):
-    sigma = solid_stress(made, F) @ F.T / np.linalg.det(F)
-    normal = np.linalg.inv(F).T @ [0, 0, 1]
-    normal /= np.linalg.norm(normal)
-    value = number(normal_stress_of(made.energy, strained(F)))
-    assert value == pytest.approx(normal @ sigma @ normal, rel=1e-6, abs=1e-3)
-
-
-# kinematics
-
-
-@pytest.mark.parametrize("F", DEFORMATIONS)
-def test_energies_and_stretches_do_not_see_a_rotation(F):
-    for made in SOLIDS:
-        assert number(made.energy(strained(TURN @ F))) == pytest.approx(number(made.energy(strained(F))), rel=1e-10)
-    for measure in ("thickness", "volume"):
-        one, two = strained(F, measure), strained(TURN @ F, measure)
-        for name in ("volume_fraction", "thickness_stretch", "volume_ratio", "area_stretch"):
-            assert number(getattr(two, name)) == pytest.approx(number(getattr(one, name)), rel=1e-12)
-
-
-@pytest.mark.parametrize("F", DEFORMATIONS)
-def test_volume_fraction_by_thickness_and_by_volume(F):
-    by_thickness, by_volume = (number(strained(F, measure).volume_fraction) for measure in ("thickness", "volume"))
-    assert by_volume == pytest.approx(VF0 / np.linalg.det(F), rel=1e-12)
-    area = np.sqrt(np.linalg.det((F.T @ F)[:2, :2]))
-    assert by_thickness == pytest.approx(VF0 * area / np.linalg.det(F), rel=1e-12)
-    stretch = number(strained(F).thickness_stretch)
-    assert by_thickness == pytest.approx(VF0 * np.exp(-np.log(stretch)), rel=1e-12)  # Eq. 5 of the paper
-
-
-def test_an_inverted_body_has_a_negative_stretch():
-    assert number(Kinematics(ufl.as_matrix(np.diag([1.0, 1.0, -0.2]).tolist())).thickness_stretch) < 0
