@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
@@ -19,6 +20,11 @@ def build(table):
     scene = Scene.from_table(table)
     problem = Problem(scene, build_mesh(scene, COMM))
     return problem, Newton(problem, scene.solver, Phases())
+
+
+def step_of(problem, newton=None):
+    """Steps of a problem, solved by Newton's method."""
+    return TimeStep(problem, lambda time, size, patience: newton.solve(patience, at_rest=not size))  # noqa: ARG005
 
 
 def assign(problem, field):

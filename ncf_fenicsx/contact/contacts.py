@@ -10,9 +10,9 @@ import ufl
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contact.catch import Catch
 from ncf_fenicsx.contact.deformed_body import Body
 from ncf_fenicsx.contact.force_control import ForceControl
+from ncf_fenicsx.contact.held_contact import HeldLayers
 from ncf_fenicsx.contact.layer_contact import LayerContact
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.rigid_contact import RigidContact
@@ -24,7 +24,7 @@ from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.mesh.faces import Face
 from ncf_fenicsx.mesh.hexahedra import TAGS, lower_tag
-from ncf_fenicsx.mesh.state_parts import StatePart, under
+from ncf_fenicsx.mesh.state_fields import StateField
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
 
@@ -52,16 +52,22 @@ class Contacts:
     def __init__(self, scene: Scene, stack: StackMesh, body: Body, area_vector: Expression) -> None:
         self.body, tags, spaces = body, stack.facet_tags, body.spaces
         top = Face(spaces, tags, (TAGS["top"],)) if scene.tool else None
-        self.tools = [RigidContact(tool, top, body, stack.top) for tool in scene.tool if top is not None]
+        self.tools = [
+            RigidContact(numbered("tool", number), tool, top, body, stack.top)
+            for number, tool in enumerate(scene.tool)
+            if top is not None
+        ]
         self.mould: RigidContact | None = None
         if scene.mould is not None:
-            self.mould = RigidContact(scene.mould, Face(spaces, tags, (TAGS["bottom"],)), body, stack.bottom)
+            bottom = Face(spaces, tags, (TAGS["bottom"],))
+            self.mould = RigidContact("mould", scene.mould, bottom, body, stack.bottom)
         self.layers: list[LayerContact] = []
-        for way, layers in _equal_interfaces(scene, stack):
+        for number, (way, layers) in enumerate(_equal_interfaces(scene, stack)):
             face = Face(spaces, tags, tuple(lower_tag(layer) for layer in layers))
-            self.layers.append(LayerContact(way, face, Pairing(spaces, stack, layers), body, area_vector))
+            pairing, name = Pairing(spaces, stack, layers), numbered("interface", number)
+            self.layers.append(LayerContact(name, way, face, pairing, body, area_vector))
         forced = [tool for tool in self.tools if tool.surface.under_force]
-        self.pairings, self._gripping = 0, False
+        self.pairings, self._holding_tools = 0, False
         self._step_travel = scene.solver.step_travel * body.thickness
         self.controls = [ForceControl(tool, scene.stack.sides.copies) for tool in forced]
 
@@ -83,13 +89,18 @@ class Contacts:
 
     def terms(self) -> dict[str, ufl.Form]:
         """Virtual work (J) of each contact, by name."""
-        terms = {name: contact.term for name, contact in zip(self.names, self.rigid, strict=True)}
-        return terms | {numbered("interface", number): layer.term for number, layer in enumerate(self.layers)}
+        return {contact.name: contact.term for contact in self.all}
+
+    @property
+    def state(self) -> list[StateField]:
+        """All that the contacts remember."""
+        fields = [field for contact in self.all for field in contact.state]
+        return fields + [control.state for control in self.controls]
 
     def place(self, time: float, size: float) -> None:
         """Put the tools where they are after a step from ``time`` by ``size`` (s)."""
         for surface in self.rigid:
-            surface.begin(time, size)
+            surface.place(time, size)
 
     def begin(self, time: float, size: float) -> None:
         """The same, with the forces of the step, and contact kept where it was for its first linear solves."""
@@ -99,35 +110,35 @@ class Contacts:
             control.touch()
         for surface in self.rigid:
             surface.hold(time, size)
-        for catch in self._catches:
-            catch.begin()
-        self._note_grips()
+        for held in self._held_layers:
+            held.begin()
+        self._note_held_tools()
 
     def release(self, solves: int) -> None:
         """Let contact go by the gap alone where it is kept for no more than a number of linear solves of a step."""
         for surface in self.rigid:
-            surface.grip.release(solves)
-        for catch in self._catches:
-            catch.release(solves)
-        self._note_grips()
+            surface.held.release(solves)
+        for held in self._held_layers:
+            held.release(solves)
+        self._note_held_tools()
 
-    def _note_grips(self) -> None:
-        holds = any(surface.grip.holds for surface in self.rigid)
-        self._gripping = self.body.spaces.mesh.comm.allreduce(holds, MPI.LOR)
-
-    @property
-    def _catches(self) -> list[Catch]:
-        return [layer.catch for layer in self.layers if layer.catch is not None]
+    def _note_held_tools(self) -> None:
+        holds = any(surface.held.holds for surface in self.rigid)
+        self._holding_tools = self.body.spaces.mesh.comm.allreduce(holds, MPI.LOR)
 
     @property
-    def keeping(self) -> bool:
+    def _held_layers(self) -> list[HeldLayers]:
+        return [layer.held for layer in self.layers if layer.held is not None]
+
+    @property
+    def holding(self) -> bool:
         """Whether contact is kept where it was, whatever the gap."""
-        return self._gripping or self.catching
+        return self._holding_tools or self.holding_layers
 
     @property
-    def catching(self) -> bool:
+    def holding_layers(self) -> bool:
         """Whether layers that would touch nowhere are kept on each other."""
-        return any(catch.holds for catch in self._catches)
+        return any(held.holds for held in self._held_layers)
 
     def touching(self) -> NDArray[np.bool_]:
         """At which of this rank's local nodes there is contact now, one contact after the other."""
@@ -146,17 +157,13 @@ class Contacts:
         for layer in self.layers:
             layer.refresh()
 
-    def commit(self, time: float, size: float) -> None:
-        """Accept the trial state at the end of a step of ``size`` (s), before the body's start moves on."""
-        for control in self.controls:
-            control.commit(time, size)
+    def rest(self, time: float) -> None:
+        """Tools at rest at a time (s) in the committed state; layers paired anew, in the present configuration."""
         for surface in self.rigid:
-            surface.grip.note()
-            surface.commit(time)
-        for layer in self.layers:
-            layer.commit()
+            surface.rest(time)
+        self.pair()
 
-    def update(self) -> None:
+    def pair(self) -> None:
         """Pair layers anew, in the present configuration."""
         for layer in self.layers:
             layer.update()
@@ -164,7 +171,7 @@ class Contacts:
 
     def check_start(self) -> None:
         """Raise a SceneError that says how far to raise a tool, or to lower a mould, that starts in the stack."""
-        for name, contact in zip(self.names, self.rigid, strict=True):
+        for contact in self.rigid:
             depth = contact.depth_at_start()
             if depth > 0:
                 given, enough = (
@@ -172,34 +179,18 @@ class Contacts:
                     math.ceil(1e7 * (contact.surface.clearance + depth)) / 1e4,
                 )
                 raise SceneError(
-                    f"{name}.clearance = {given:.6g} mm: it starts {1e3 * depth:.4g} mm inside the stack; "
+                    f"{contact.name}.clearance = {given:.6g} mm: it starts {1e3 * depth:.4g} mm inside the stack; "
                     f"expected at least {enough:.6g} mm"
                 )
 
-    @property
-    def names(self) -> list[str]:
-        """Names of tools and mould, as scene files and columns have them."""
-        names = [numbered("tool", number) for number in range(len(self.tools))]
-        return names + ["mould"] * (self.mould is not None)
-
     def rollback(self, time: float) -> None:
-        """Return to the committed state at a time (s)."""
+        """Follow the body, which is in its committed state at a time (s) again."""
         for surface in self.rigid:
-            surface.rollback(time)
-        self._note_grips()
+            surface.held.open()
+            surface.rest(time)
+        self._note_held_tools()
         for layer in self.layers:
             layer.rollback()
-
-    def parts(self) -> dict[str, StatePart]:
-        """The committed state of all contacts, for a checkpoint."""
-        parts: dict[str, StatePart] = {}
-        for name, contact in zip(self.names, self.rigid, strict=True):
-            parts |= under(name, contact.parts())
-        for number, layer in enumerate(self.layers):
-            parts |= under(numbered("interface", number), layer.parts())
-        for number, control in enumerate(self.controls):
-            parts[numbered("control", number)] = control.part()
-        return parts
 
     def augment(self) -> tuple[float, int] | None:
         """Update the multipliers of contacts that penetrate too far.
@@ -211,10 +202,10 @@ class Contacts:
         too_deep = []
         for contact in self.all:
             way = contact.enforcement
-            if isinstance(way, AugmentedLagrangian):
+            if isinstance(way, AugmentedLagrangian) and contact.multiplier is not None:
                 deepest = contact.deepest()
                 if deepest > way.tolerance * self.body.thickness:
-                    contact.memory.update("multiplier")
+                    contact.multiplier.advance()
                     too_deep.append((deepest, way.max_updates))
         return max(too_deep, default=None)
 

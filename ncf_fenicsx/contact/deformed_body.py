@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +22,8 @@ class Body:
         start: displacement in m at the start of the step.
         variation: test function.
         symbols: makes constants.
-        own_pressure: makes the pressure in Pa, per reference area, that the layer's stress has on its faces.
+        own_pressure: pressure in Pa, per reference area, that the layer's stress has on its faces, evaluated at nodes;
+            None unless a contact asks for it.
         natural_stiffness: compaction tangent over thickness in Pa/m, that factors of stiffness refer to.
         thickness: of a layer in m.
     """
@@ -33,7 +33,7 @@ class Body:
     start: Any
     variation: Any
     symbols: Symbols
-    own_pressure: Callable[[], Expression]
+    own_pressure: Expression | None
     natural_stiffness: float
     thickness: float
 

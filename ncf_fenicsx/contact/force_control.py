@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import ufl
 from numpy.typing import NDArray
 
 from ncf_fenicsx.contact.rigid_contact import RigidContact
 from ncf_fenicsx.mesh import compat
-from ncf_fenicsx.mesh.state_parts import Place, StatePart
+from ncf_fenicsx.mesh.state_fields import Location, StateField
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.rigid_surface import Tool
 
@@ -16,6 +18,24 @@ Floats = NDArray[np.float64]
 
 FIRST_TOUCH = 1e-6
 """Penetration over a layer's thickness that a tool starts with where it has to feel a force."""
+
+
+class _Step(NamedTuple):
+    """The end of a step.
+
+    Attributes:
+        segment: number of the segment that it is in.
+        force_at_start: force on the tool in N at the start of that segment, of the whole.
+        force: the same at the end of the step.
+        height: of the tool in m, what forces have added to that of its path.
+        velocity: with which that has grown in m/s.
+    """
+
+    segment: float
+    force_at_start: float
+    force: float
+    height: float
+    velocity: float
 
 
 class ForceControl:
@@ -27,6 +47,10 @@ class ForceControl:
     Args:
         contact: of the tool.
         copies: factor from the modelled part's forces to those of the whole.
+
+    Attributes:
+        target: force in N that the modelled part has to carry at the end of the step; None where the height is given.
+        state: what is remembered of the last step.
     """
 
     def __init__(self, contact: RigidContact, copies: int) -> None:
@@ -36,9 +60,9 @@ class ForceControl:
         up = ufl.as_vector([0.0, 0.0, 1.0])
         self._column = compat.compile_form(ufl.derivative(contact.term, u, -up))
         self._row = compat.compile_form(ufl.derivative(ufl.replace(contact.term, {v: up}), u, v))
-        self._segment, self._start, self._committed_force = 0, 0.0, 0.0
-        self._heave, self._velocity = 0.0, 0.0
         self.target: float | None = None
+        self._time = self._size = 0.0
+        self.state = StateField(f"{contact.name}.control", Location.EVERYWHERE, np.zeros(5), self._end_of_step)
 
     @property
     def active(self) -> bool:
@@ -47,11 +71,11 @@ class ForceControl:
 
     def begin(self, time: float, size: float) -> None:
         """Take the force at the end of a step from ``time`` by ``size`` (s), and predict the height."""
-        start = self._start_of(time + size)
-        force = motion.force(self.path, time + size, start) if size else None
+        self._time, self._size = time + size, size
+        force = motion.force(self.path, self._time, self._force_at_start()) if size else None
         self.target = None if force is None else force / self.copies
-        if force is not None and self._now == self._segment:
-            self.contact.shift(size * self._velocity)
+        if force is not None and self._number == self._last.segment:
+            self.contact.shift(size * self._last.velocity)
 
     def touch(self) -> None:
         """Lower a tool that has to feel a force, but does not yet, until it does."""
@@ -59,28 +83,26 @@ class ForceControl:
         if self.active and gap > 0:
             self.contact.shift(-gap - FIRST_TOUCH * self.contact.body.thickness)
 
-    def commit(self, time: float, size: float) -> None:
-        """Accept the height at the end of a step of ``size`` (s)."""
-        self._start, self._segment = self._start_of(time), motion.segment_number(self.path, time)
-        self._velocity = (self.contact.heave - self._heave) / size if size and self.active else 0.0
-        self._heave = self.contact.heave
-        self._committed_force = self.copies * float(self.contact.force()[2])
+    def _end_of_step(self) -> Floats:
+        """What is to be remembered of the trial state."""
+        height = self.contact.height_offset
+        velocity = (height - self._last.height) / self._size if self._size and self.active else 0.0
+        force = self.copies * float(self.contact.force()[2])
+        return np.array([self._number, self._force_at_start(), force, height, velocity])
 
-    def part(self) -> StatePart:
-        """The committed state, for a checkpoint."""
-        return StatePart(Place.EVERYWHERE, self._numbers, self._recall)
+    @property
+    def _last(self) -> _Step:
+        """What is remembered of the last step."""
+        return _Step(*self.state.committed)
 
-    def _numbers(self) -> Floats:
-        return np.array([self._segment, self._start, self._committed_force, self._heave, self._velocity])
+    @property
+    def _number(self) -> int:
+        """Number of the segment that the step is in."""
+        return motion.segment_number(self.path, self._time)
 
-    def _recall(self, rows: Floats) -> None:
-        self._segment = int(rows[0])
-        self._start, self._committed_force, self._heave, self._velocity = (float(value) for value in rows[1:])
-
-    def _start_of(self, time: float) -> float:
-        """Force in N at the start of the segment that ends at or after a time (s)."""
-        self._now = motion.segment_number(self.path, time)
-        return self._start if self._now == self._segment else self._committed_force
+    def _force_at_start(self) -> float:
+        """Force in N at the start of the segment that the step is in."""
+        return self._last.force_at_start if self._number == self._last.segment else self._last.force
 
     def shift(self, height: float) -> None:
         """Raise the tool by a height (m) within the step."""

@@ -15,16 +15,15 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contact.catch import Catch
 from ncf_fenicsx.contact.deformed_body import Body
+from ncf_fenicsx.contact.held_contact import HeldLayers
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.tangent_blocks import Blocks, nodal_blocks, stress_blocks
 from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.faces import Face
-from ncf_fenicsx.mesh.memory import Memory
-from ncf_fenicsx.mesh.state_parts import Place, StatePart
+from ncf_fenicsx.mesh.state_fields import Location, StateField, field_on_face
 from ncf_fenicsx.scene.interfaces import OneSided
 
 Floats = NDArray[np.float64]
@@ -35,6 +34,7 @@ class LayerContact:
     """Contact at interfaces of one kind.
 
     Args:
+        name: of the interfaces in a scene.
         settings: how the layers meet.
         face: the lower faces.
         pairing: what their nodes face.
@@ -43,37 +43,46 @@ class LayerContact:
 
     Attributes:
         term: virtual work (J) of the forces on the lower faces, to be added to the residual.
-        memory: multiplier and tangential traction, where the scene names what keeps them.
         slip: tangential displacement of what is faced since the start in m, at this rank's local nodes.
         pressure_form: compiled density of the contact pressure over the face in Pa, per undeformed area.
-        catch: keeps layers from being afloat; None where something pulls them back.
+        held: holds layers that would touch nowhere; None where something pulls them back.
+        multiplier: field of state at the nodes; None unless the enforcement keeps one.
+        traction: field with the tangential traction in Pa at the end of the last step; None without friction.
+        state: all that the contact remembers.
     """
 
-    def __init__(self, settings: OneSided, face: Face, pairing: Pairing, body: Body, area_vector: Expression) -> None:
-        self.settings, self.face, self.pairing, self.body = settings, face, pairing, body
+    def __init__(
+        self, name: str, settings: OneSided, face: Face, pairing: Pairing, body: Body, area_vector: Expression
+    ) -> None:
+        self.name, self.settings, self.face, self.pairing, self.body = name, settings, face, pairing, body
         spaces, self.enforcement = body.spaces, settings.contact
-        self.memory = Memory(face)
         self._facing, self._facing_start, self._normal = (spaces.vector() for _ in range(3))
         self._coverage = spaces.scalar()
         self._slip_field = spaces.vector() if settings.slip_stiffness else None
-        self.slip = np.zeros_like(self._facing.x.array).reshape(-1, 3)
+        slip = StateField(
+            f"{name}.slip", Location.NODES, np.zeros_like(self._facing.x.array), lambda: self.slipped().ravel()
+        )
+        self.slip, self.state = slip.committed.reshape(-1, 3), [slip]
         self._undeformed = spaces.scalars.tabulate_dof_coordinates()
         self._numbers = spaces.numbers
         self._area_form = face.density(area_vector)
         self.gap = ufl.dot(self._normal, self._facing - body.place)
-        own = body.own_pressure() if settings.contact.uses_own_pressure else None
-        multiplier = self.memory.scalar("multiplier") if settings.contact.keeps_multiplier else None
+        kept = None if settings.opening_stiffness else spaces.scalar()
+        multiplier = spaces.scalar() if settings.contact.keeps_multiplier else None
+        own = body.own_pressure if settings.contact.uses_own_pressure else None
         stiffness = body.symbols(settings.penalty.resolve(body.natural_stiffness))
-        self.catch: Catch | None = None
-        if not settings.opening_stiffness:
-            self.catch = Catch(face, [interface.lower.local for interface in pairing.interfaces])
-        self.touch = Touch(self.gap, stiffness, multiplier, own, kept=None if self.catch is None else self.catch.kept)
+        self.touch = Touch(self.gap, stiffness, multiplier, own, kept)
         self.pressure = settings.contact.pressure(self.touch)
-        if multiplier is not None:
-            self.memory.follow("multiplier", face.density(self.pressure))
         self.pressure_form = face.density(self._coverage * self.pressure)
-        if self.catch is not None:
-            self.catch.follow(self.pressure_form)
+        self.held: HeldLayers | None = None
+        if kept is not None:
+            nodes = [interface.lower.local for interface in pairing.interfaces]
+            self.held = HeldLayers(face, kept, self.pressure_form, nodes)
+        self.multiplier: StateField | None = None
+        if multiplier is not None:
+            self.multiplier = field_on_face(f"{name}.multiplier", multiplier, face, face.density(self.pressure))
+            self.state.append(self.multiplier)
+        self.traction = spaces.vector() if settings.friction is not None else None
         self._tangential = self._tangential_traction()
         self._compile()
         self.update()
@@ -112,9 +121,10 @@ class LayerContact:
         traction = None
         if settings.friction is not None:
             stiffness = symbols(settings.friction.stiffness.resolve(self.body.natural_stiffness))
-            stuck = tangential(self.memory.vector("traction"), self._normal) + stiffness * moved
+            stuck = tangential(self.traction, self._normal) + stiffness * moved
             traction = friction_traction(stuck, self.pressure, symbols(settings.friction.coefficient))
-            self.memory.follow("traction", self.face.density(traction))
+            density = self.face.density(traction)
+            self.state.append(field_on_face(f"{self.name}.traction", self.traction, self.face, density))
         if self._slip_field is not None:
             stitches = symbols(settings.slip_stiffness) * (tangential(self._slip_field, self._normal) + moved)
             traction = stitches if traction is None else traction + stitches
@@ -123,8 +133,8 @@ class LayerContact:
     def refresh(self) -> None:
         """Take what the lower faces face at the present displacement."""
         self._at_nodes(self._facing, self.pairing.facing(self._places()))
-        if self.catch is not None:
-            self.catch.watch()
+        if self.held is not None:
+            self.held.watch()
 
     def residual(self) -> tuple[Integers, Floats]:
         """Forces on the upper faces as a residual in N: global node numbers, and values of shape (nodes, 3)."""
@@ -151,22 +161,11 @@ class LayerContact:
         along: Floats = total - np.einsum("ij,ij->i", total, normal)[:, None] * normal
         return along
 
-    def commit(self) -> None:
-        """Accept the trial state, before the body's start moves on."""
-        self.slip = self.slipped()
-        self.memory.commit()
-
     def rollback(self) -> None:
-        """Return to the committed state, which the body is in again."""
-        self.memory.rollback()
-        if self.catch is not None:
-            self.catch.end()
+        """Follow the body, which is in its committed state again."""
+        if self.held is not None:
+            self.held.end()
         self.refresh()
-
-    def parts(self) -> dict[str, StatePart]:
-        """The committed state, for a checkpoint."""
-        slip = StatePart(Place.NODES, lambda: self.slip, lambda rows: np.copyto(self.slip, rows))
-        return {"slip": slip} | self.memory.parts()
 
     def update(self) -> None:
         """Pair anew in the present configuration, with its normals."""
@@ -178,8 +177,8 @@ class LayerContact:
         vectors = self.face.assembled(self._area_form)[self.pairing.nodes]
         self._at_nodes(self._normal, vectors / np.linalg.norm(vectors, axis=1)[:, None])
         self._at_nodes(self._facing, self.pairing.facing(places))
-        if self.catch is not None:
-            self.catch.note()
+        if self.held is not None:
+            self.held.note()
         self._facing_start.x.array[:] = self._facing.x.array
         if self._slip_field is not None:
             self._slip_field.x.array[:] = self.slip.ravel()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -9,13 +11,12 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from ncf_fenicsx.contact.deformed_body import Body
-from ncf_fenicsx.contact.grip import Grip
+from ncf_fenicsx.contact.held_contact import HeldTool
 from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.faces import Face
-from ncf_fenicsx.mesh.memory import Memory
-from ncf_fenicsx.mesh.state_parts import Place, StatePart
+from ncf_fenicsx.mesh.state_fields import Location, StateField, field_on_face
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
 
@@ -23,7 +24,7 @@ Floats = NDArray[np.float64]
 
 FREE = 1e-6
 """Gap over a layer's thickness above which a surface is free of the fabric."""
-KEEPING_SOLVES = 2
+HOLDING_SOLVES = 2
 """Linear solves at the start of a step that keep contact where it was."""
 
 
@@ -31,53 +32,68 @@ class RigidContact:
     """Contact of a face with a tool or a mould.
 
     Args:
+        name: of the surface in a scene.
         surface: the rigid surface.
         face: of the fabric.
         body: the fabric.
-        rest: height in m of the undeformed face.
+        level: height of the undeformed face in m.
 
     Attributes:
         term: virtual work of the contact (J), to be added to the residual.
         tip: constant with the place of the surface's tip in m.
         pressure_form: compiled density of the contact pressure over the undeformed face in Pa.
-        grip: where contact is kept for the first linear solve of a step.
-        memory: multiplier and tangential traction at the nodes, where the scene names what keeps them.
+        held: where contact is kept for the first linear solves of a step.
+        multiplier: field of state at the nodes; None unless the enforcement keeps one.
+        traction: field with the tangential traction in Pa at the end of the last step; None without friction.
+        state: all that the contact remembers.
     """
 
-    def __init__(self, surface: RigidSurface, face: Face, body: Body, rest: float) -> None:
-        self.surface, self.face, self.body, self.rest = surface, face, body, rest
-        self.enforcement = surface.contact
-        zero = np.zeros(3)
-        mesh = body.spaces.mesh
-        self.tip, self._advance, self._turn = (fem.Constant(mesh, zero) for _ in range(3))
-        self.memory, self.heave, self._committed_heave = Memory(face), 0.0, 0.0
+    def __init__(self, name: str, surface: RigidSurface, face: Face, body: Body, level: float) -> None:
+        self.name, self.surface, self.face, self.body, self.level = name, surface, face, body, level
+        self.enforcement, spaces = surface.contact, body.spaces
+        self.tip, self._probe, self._advance, self._turn = (fem.Constant(spaces.mesh, np.zeros(3)) for _ in range(4))
+        bound = surface.with_symbols(body.symbols)
         point = ufl.variable(body.place - self.tip)
-        self.gap = surface.with_symbols(body.symbols).signed_distance(point)
-        own = body.own_pressure() if surface.contact.uses_own_pressure else None
-        stiffness = body.symbols(surface.penalty.resolve(body.natural_stiffness))
-        multiplier = self.memory.scalar("multiplier") if surface.contact.keeps_multiplier else None
-        self.grip = Grip(face)
-        self.touch = Touch(self.gap, stiffness, multiplier, own, self.grip.kept, rests=isinstance(surface, Mould))
+        self.gap = bound.signed_distance(point)
+        self._gap_form = face.density(bound.signed_distance(body.place - self._probe))
+        multiplier = spaces.scalar() if surface.contact.keeps_multiplier else None
+        self.touch, kept = self._touch(multiplier)
         self.pressure = surface.contact.pressure(self.touch)
         self.pressure_form = face.density(self.pressure)
-        self.grip.follow(self.pressure_form)
+        self.held = HeldTool(face, kept, self.pressure_form)
+        self._offset = StateField(f"{name}.height_offset", Location.EVERYWHERE, np.zeros(1))
+        self.state = [self._offset, self.held.state(f"{name}.active_set")]
+        self.multiplier: StateField | None = None
         if multiplier is not None:
-            self.memory.follow("multiplier", self.pressure_form)
-        self._normal = body.spaces.vector() if surface.friction is not None else None
-        self._normal_form = face.density(ufl.diff(self.gap, point)) if surface.friction is not None else None
-        self.term = self._work(point)
+            self.multiplier = field_on_face(f"{name}.multiplier", multiplier, face, self.pressure_form)
+            self.state.append(self.multiplier)
+        self.traction, self._normal, traction = None, None, None
+        if surface.friction is not None:
+            self.traction, self._normal = spaces.vector(), spaces.vector()
+            self._normal_form = face.density(ufl.diff(self.gap, point))
+            traction = self._friction(point)
+            self.state.append(field_on_face(f"{name}.traction", self.traction, face, face.density(traction)))
+        self.term = self._work(traction)
         self.force_form = compat.compile_form(self.term)
-        self._gap_form = face.density(self.gap)
         self._set_time(0.0, 0.0)
 
-    def _work(self, point: Expression) -> ufl.Form:
+    def _touch(self, multiplier: Any) -> tuple[Touch, Any]:
+        """What is known of the contact, and the field that says where it is kept."""
+        surface, body = self.surface, self.body
+        own = body.own_pressure if surface.contact.uses_own_pressure else None
+        stiffness = body.symbols(surface.penalty.resolve(body.natural_stiffness))
+        kept = body.spaces.scalar()
+        return Touch(self.gap, stiffness, multiplier, own, kept, rests=isinstance(surface, Mould)), kept
+
+    def _work(self, traction: Expression) -> ufl.Form:
+        """Virtual work (J) of the pressure, and of a tangential traction in Pa unless that is None."""
         body = self.body
         u, v = body.displacement, body.variation
         own = self.touch.own_pressure
         own_change = None if own is None else ufl.derivative(own, u, v)
         work = self.surface.contact.work(self.touch, ufl.derivative(self.gap, u, v), own_change)
-        if self._normal is not None:
-            work -= ufl.dot(self._friction(point), v)
+        if traction is not None:
+            work -= ufl.dot(traction, v)
         return work * self.face.measure
 
     def _friction(self, point: Expression) -> Expression:
@@ -88,12 +104,10 @@ class RigidContact:
         arm = point - ufl.as_vector([0, 0, symbols(axle or 0.0)])
         slip = self._advance + ufl.cross(self._turn, arm) - self.body.motion
         stiffness = symbols(surface.friction.stiffness.resolve(self.body.natural_stiffness))
-        stuck = tangential(self.memory.vector("traction") + stiffness * slip, self._normal)
-        traction = friction_traction(stuck, self.pressure, symbols(surface.friction.coefficient))
-        self.memory.follow("traction", self.face.density(traction))
-        return traction
+        stuck = tangential(self.traction + stiffness * slip, self._normal)
+        return friction_traction(stuck, self.pressure, symbols(surface.friction.coefficient))
 
-    def begin(self, time: float, size: float) -> None:
+    def place(self, time: float, size: float) -> None:
         """Put the surface where it is after a step from ``time`` by ``size`` (s)."""
         self._set_time(time, time + size)
         if self._normal is not None:
@@ -102,42 +116,31 @@ class RigidContact:
     def hold(self, time: float, size: float) -> None:
         """Keep contact where it was for the first linear solves of that step."""
         before, now = self._tip_at(time), self._tip_at(time + size)
-        self.grip.hold(1 if now[2] > before[2] else KEEPING_SOLVES)
+        self.held.hold(1 if now[2] > before[2] else HOLDING_SOLVES)
 
-    def commit(self, time: float) -> None:
-        """Accept the trial state at a time (s)."""
-        self.memory.commit()
-        self._committed_heave = self.heave
+    def rest(self, time: float) -> None:
+        """Put the surface where it is at a time (s), at rest in its committed state."""
         self._set_time(time, time)
-
-    def rollback(self, time: float) -> None:
-        """Return to the committed state at a time (s)."""
-        self.memory.rollback()
-        self.grip.release(KEEPING_SOLVES)
-        self.heave = self._committed_heave
-        self._set_time(time, time)
-
-    def parts(self) -> dict[str, StatePart]:
-        """The committed state, for a checkpoint."""
-        heave = StatePart(Place.EVERYWHERE, lambda: np.array([self._committed_heave]), self._set_heave)
-        return {"heave": heave, "grip": self.grip.part()} | self.memory.parts()
-
-    def _set_heave(self, rows: Floats) -> None:
-        self._committed_heave = float(rows[0])
 
     def shift(self, height: float) -> None:
         """Raise the surface by a height (m) within the step."""
-        self.heave += height
+        self._offset.values += height
         self.tip.value[2] += height
         self._advance.value[2] += height
+
+    @property
+    def height_offset(self) -> float:
+        """What force control has added to the height of the surface in m, in the trial state."""
+        return float(self._offset.values[0])
 
     def _set_time(self, before: float, now: float) -> None:
         """Place the surface; tell friction how it moved since ``before`` (s)."""
         surface = self.surface
         old, new = self._tip_at(before), self._tip_at(now)
-        heaved = np.array([0.0, 0.0, self.heave])
-        self.tip.value[:] = new + heaved
-        self._advance.value[:] = new - old + heaved - [0.0, 0.0, self._committed_heave]
+        offset = np.array([0.0, 0.0, self.height_offset])
+        before_step = np.array([0.0, 0.0, self._offset.committed[0]])
+        self.tip.value[:] = new + offset
+        self._advance.value[:] = new - old + offset - before_step
         if isinstance(surface, Tool) and surface.axle is not None:
             path = surface.path
             x, y, _ = np.subtract(motion.rolled(path, now), motion.rolled(path, before)) / surface.axle
@@ -147,21 +150,19 @@ class RigidContact:
         """Place of the surface's tip at a time (s) in m, without what forces add to its height."""
         surface = self.surface
         if isinstance(surface, Tool):
-            return np.asarray(surface.tip(self.rest, time))
+            return np.asarray(surface.tip(self.level, time))
         assert isinstance(surface, Mould)
-        return np.asarray(surface.tip(self.rest))
+        return np.asarray(surface.tip(self.level))
 
     def depth_at_start(self) -> float:
         """How far (m) the surface would have to move away along z, for the undeformed fabric to be free of it."""
-        away, tip = (1.0 if isinstance(self.surface, Tool) else -1.0), self.tip.value.copy()
+        away = np.array([0.0, 0.0, 1.0 if isinstance(self.surface, Tool) else -1.0])
         moved, tolerance = 0.0, 1e-6 * self.body.thickness
         for _ in range(100):  # a distance is no longer than that along z: each move is short of the last, if at all
-            depth = -self.lowest_gap()
+            depth = -self._lowest_gap_from(self.tip.value + moved * away)
             if depth <= tolerance:
                 break
             moved += depth
-            self.tip.value[2] = tip[2] + away * moved
-        self.tip.value[:] = tip
         return moved
 
     def speed_after(self, time: float) -> float:
@@ -170,29 +171,35 @@ class RigidContact:
 
     def step_to_touch(self, time: float, size: float) -> float:
         """Step (s) from a time, no longer than a size, at whose end a surface that is free meets the fabric at rest."""
-        tolerance = FREE * self.body.thickness
+        tolerance, offset = FREE * self.body.thickness, np.array([0.0, 0.0, self.height_offset])
 
         def gap_after(step: float) -> float:
-            self._set_time(time, time + step)
-            return self.lowest_gap() - tolerance
+            return self._lowest_gap_from(self._tip_at(time + step) + offset) - tolerance
 
         touches = gap_after(0.0) > tolerance and gap_after(size) < -2 * tolerance
-        step = float(brentq(gap_after, 0.0, size)) if touches else size
-        self._set_time(time, time)
-        return step
+        return float(brentq(gap_after, 0.0, size)) if touches else size
 
     def lowered(self) -> float:
         """How far the surface has moved down since the start in m."""
         tool = self.surface
-        return float(tool.tip(self.rest, 0.0)[2] - self.tip.value[2]) if isinstance(tool, Tool) else 0.0
+        return float(tool.tip(self.level, 0.0)[2] - self.tip.value[2]) if isinstance(tool, Tool) else 0.0
 
     def gaps(self) -> Floats:
         """Distance of the face's nodes from the surface in m; 0 off the face."""
+        return self._gaps_from(self.tip.value)
+
+    def _gaps_from(self, tip: Floats) -> Floats:
+        """The same of a surface with its tip at some place (m)."""
+        self._probe.value[:] = tip
         return self.face.values(self._gap_form)
 
     def lowest_gap(self) -> float:
         """Smallest distance of a node from the surface on all ranks in m, negative in penetration."""
-        lowest = self.gaps()[self.face.owned()].min(initial=np.inf)
+        return self._lowest_gap_from(self.tip.value)
+
+    def _lowest_gap_from(self, tip: Floats) -> float:
+        """The same of a surface with its tip at some place (m)."""
+        lowest = self._gaps_from(tip)[self.face.owned()].min(initial=np.inf)
         return float(min(self.body.spaces.mesh.comm.allgather(lowest)))
 
     def deepest(self) -> float:

@@ -12,26 +12,31 @@ from numpy.typing import NDArray
 from ncf_fenicsx.laws.kinematics import Expression, deformation_gradient
 from ncf_fenicsx.mesh import StackMesh, compat
 from ncf_fenicsx.mesh.hexahedra import place
-from ncf_fenicsx.mesh.states import States
+from ncf_fenicsx.mesh.state_fields import StateField
 
 Floats = NDArray[np.float64]
 
 
-class Defects:
-    """Looks for impossible states at points of the cells.
+class Admissibility:
+    """Looks at points of the cells for what no state may have.
 
     Args:
         stack: the mesh.
         displacement: trial displacement in m.
         points: reference points of a cell.
-        states: states of the laws at those points; their Vf is checked if they have one.
+        volume_fraction: field of state at those points that is checked too; None in a solid.
         packing_limit: Vf that no state may reach, and whose limit it is.
     """
 
     def __init__(
-        self, stack: StackMesh, displacement: Any, points: Floats, states: States, packing_limit: tuple[float, str]
+        self,
+        stack: StackMesh,
+        displacement: Any,
+        points: Floats,
+        volume_fraction: StateField | None,
+        packing_limit: tuple[float, str],
     ) -> None:
-        self.stack, self.states, self.packing_limit = stack, states, packing_limit
+        self.stack, self.volume_fraction, self.packing_limit = stack, volume_fraction, packing_limit
         self.comm: MPI.Comm = stack.mesh.comm
         self._points = points
         self._cells = np.arange(len(stack.layer), dtype=np.int32)
@@ -40,13 +45,13 @@ class Defects:
     def _compiled(self, expression: Expression) -> Any:
         return compat.compile_expression(expression, self._points)
 
-    def find(self) -> str | None:
+    def violation(self) -> str | None:
         """In words, what is impossible and where; None if nothing is. Collective."""
         ratio = np.asarray(self._volume_ratio.eval(self.stack.mesh, self._cells))
         found = self._named("inverted elements, volume ratio J", ratio, ~(ratio > 0))
-        if found is not None or "volume_fraction" not in self.states.fields:
+        if found is not None or self.volume_fraction is None:
             return found
-        vf, (limit, whose) = self.states.trial("volume_fraction"), self.packing_limit
+        vf, (limit, whose) = self.volume_fraction.trial(), self.packing_limit
         return self._named(f"fibre volume fraction outside (0, {limit:.4g}) ({whose})", vf, ~((vf > 0) & (vf < limit)))
 
     def _named(self, what: str, values: Floats, wrong: NDArray[np.bool_]) -> str | None:

@@ -7,9 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import ufl
+from numpy.typing import NDArray
 
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics, deformation_gradient
+from ncf_fenicsx.mesh.elements import Element
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,16 @@ class Volumes:
 
     all: Any
     mid_plane: Any
+
+    @classmethod
+    def on(cls, mesh: Any, element: Element) -> Volumes:
+        """Those of a DOLFINx mesh; the third axis of an element is that of its thickness."""
+
+        def measure(points: Floats, weights: Floats) -> Any:
+            rule = {"quadrature_rule": "custom", "quadrature_points": points, "quadrature_weights": weights}
+            return ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": 2 * element.order} | rule)
+
+        return cls(all=measure(*element.volume_rule), mid_plane=measure(*element.mid_plane_rule))
 
 
 class Material(ABC):

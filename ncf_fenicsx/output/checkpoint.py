@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh.parallel import gather_rows, on_root
-from ncf_fenicsx.mesh.state_parts import Place, StatePart
+from ncf_fenicsx.mesh.state_fields import Location, StateField
 from ncf_fenicsx.output.safe_files import replace
 
 Floats = NDArray[np.float64]
@@ -31,18 +32,19 @@ class Checkpoint:
 
     Args:
         folder: of the run's results.
-        problem: whose state it is.
-        more: parts that are not the problem's.
+        problem: whose mesh it is on.
+        state: all fields of state.
     """
 
-    def __init__(self, folder: Path, problem: Problem, more: dict[str, StatePart]) -> None:
-        self._more = more
-        self.path, self.problem, self.comm = folder / NAME, problem, problem.comm
+    def __init__(self, folder: Path, problem: Problem, state: Sequence[StateField]) -> None:
+        self.state = state
+        self.path, self.comm = folder / NAME, problem.comm
         self._numbers = {
-            Place.NODES: problem.stack.node_numbers(problem.space),
-            Place.CELLS: problem.stack.cell_numbers,
+            Location.NODES: problem.stack.node_numbers(problem.space),
+            Location.CELLS: problem.stack.cell_numbers,
         }
-        self._owned = {Place.NODES: problem.space.dofmap.index_map.size_local, Place.CELLS: len(problem.stack.layer)}
+        nodes, cells = problem.space.dofmap.index_map.size_local, len(problem.stack.layer)
+        self._owned = {Location.NODES: nodes, Location.CELLS: cells}
 
     def save(self, progress: dict[str, Any]) -> None:
         """Replace the file by the present committed state; the old one stays until the new one is on the disk.
@@ -53,24 +55,21 @@ class Checkpoint:
         Raises:
             ResultError: it cannot be written.
         """
-        parts = {name: self._gathered(part.place, part.read()) for name, part in self._parts().items()}
-        on_root(self.comm, lambda: replace(self.path, lambda path: _write(path, parts, progress)))
+        rows = {field.name: self._gathered(field.location, field.committed_rows()) for field in self.state}
+        on_root(self.comm, lambda: replace(self.path, lambda path: _write(path, rows, progress)))
 
-    def _parts(self) -> dict[str, StatePart]:
-        return self.problem.parts() | self._more
-
-    def _gathered(self, place: Place, values: Floats) -> Floats | None:
-        if place is Place.EVERYWHERE:
+    def _gathered(self, location: Location, values: Floats) -> Floats | None:
+        if location is Location.EVERYWHERE:
             return values
-        count = len(self._numbers[place])
+        count = len(self._numbers[location])
         width = self.comm.allreduce(values.size // count if count else 0, MPI.MAX)  # a rank may have no cells at all
-        rows = values.reshape(count, width)[: self._owned[place]]
-        numbers = gather_rows(self.comm, self._numbers[place][: self._owned[place]])
+        rows = values.reshape(count, width)[: self._owned[location]]
+        numbers = gather_rows(self.comm, self._numbers[location][: self._owned[location]])
         gathered = gather_rows(self.comm, rows)
         return None if gathered is None or numbers is None else gathered[np.argsort(numbers)]
 
     def load(self) -> dict[str, Any]:
-        """Give the problem the saved state.
+        """Give all fields their saved values, as committed ones.
 
         Returns:
             How far the run was.
@@ -79,30 +78,29 @@ class Checkpoint:
             SceneError: the file cannot be read, or is of another scene.
         """
         saved, progress = on_root(self.comm, lambda: _read(self.path))
-        parts = self._parts()
-        if set(saved) != set(parts):
+        if set(saved) != {field.name for field in self.state}:
             raise SceneError(
-                f"{self.path}: its parts are not those of the scene; expected the checkpoint of that scene"
+                f"{self.path}: its fields are not those of the scene; expected the checkpoint of that scene"
             )
-        for name, part in parts.items():
-            numbers = self._numbers.get(part.place)
-            total = (
-                len(saved[name]) if numbers is None else self.comm.allreduce(int(numbers.max(initial=-1)), MPI.MAX) + 1
-            )
-            if len(saved[name]) != total:
-                raise SceneError(
-                    f"{self.path}: {len(saved[name])} rows of {name}; expected {total} on the scene's mesh"
-                )
-            part.write(saved[name] if numbers is None else saved[name][numbers])
-        self.problem.resume(progress["time"])
+        for field in self.state:
+            rows = saved[field.name]
+            numbers = self._numbers.get(field.location)
+            total = field.values.size if numbers is None else self._total(numbers)
+            if len(rows) != total:
+                raise SceneError(f"{self.path}: {len(rows)} rows of {field.name}; expected {total} on the scene's mesh")
+            field.commit(rows if numbers is None else rows[numbers])
         return dict(progress)
 
+    def _total(self, numbers: Integers) -> int:
+        """Rows of all ranks."""
+        return int(self.comm.allreduce(int(numbers.max(initial=-1)), MPI.MAX)) + 1
 
-def _write(path: Path, parts: dict[str, Floats | None], progress: dict[str, Any]) -> None:
+
+def _write(path: Path, fields: dict[str, Floats | None], progress: dict[str, Any]) -> None:
     memory = BytesIO()  # HDF5 itself does not survive a disk that is full
     with h5py.File(memory, "w") as file:
         file.attrs["progress"] = json.dumps(progress)
-        for name, values in parts.items():
+        for name, values in fields.items():
             file[name] = values
     path.write_bytes(memory.getvalue())
 

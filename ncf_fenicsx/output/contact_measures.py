@@ -102,7 +102,7 @@ class ContactMeasures:
             face.gather(values)[whole.source]
             for values in (self.nodes["gap"], layer.contact.face.area, self.nodes["slip"], layer.pressure)
         )
-        open_ = voids(whole.places(face.undeformed)[:, :2], whole.quads, gap, area, OPEN * self.problem.length)
+        open_ = voids(whole.places(face.undeformed)[:, :2], whole.quads, gap, area, OPEN * self.problem.scales.length)
         # a node on a symmetry plane has but a part of its share in the model
         volume = self.problem.scene.stack.sides.copies * float(face.gather(layer.opened_volume()).sum())
         deepest = float((-gap).max(initial=0.0))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import compat
-from ncf_fenicsx.mesh.state_parts import Place, StatePart
+from ncf_fenicsx.mesh.state_fields import Location, StateField
 
 Floats = NDArray[np.float64]
 
@@ -30,14 +30,19 @@ class Energies:
 
     Args:
         problem: what is measured.
+
+    Attributes:
+        state: sums so far, and forces and places of the tools at the end of the last step.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.copies = problem, problem.scene.stack.sides.copies
         self._viscous: tuple[Any, Any] | None = None
-        tools = len(problem.contacts.tools)
-        self._sums: Floats = np.zeros(2)
-        self._forces, self._tips = np.zeros((tools, 3)), self._places()
+        tips = self._places()
+        numbers = np.concatenate([np.zeros(2), np.zeros(tips.size), tips.ravel()])
+        self.state = StateField("energies", Location.EVERYWHERE, numbers)
+        self._sums, forces, tips = np.split(numbers, [2, 2 + tips.size])
+        self._forces, self._tips = forces.reshape(-1, 3), tips.reshape(-1, 3)
 
     def _viscous_forms(self) -> tuple[Any, Any]:
         """The viscosity's virtual work, and that for the step's motion: its energy in J of the step."""
@@ -66,18 +71,6 @@ class Energies:
         forces = self.copies * np.array([tool.force() for tool in tools]).reshape(-1, 3)
         tips = self._places()
         self._sums[0] -= 0.5 * ((forces + self._forces) * (tips - self._tips)).sum()
-        self._forces, self._tips = forces, tips
+        self._forces[:], self._tips[:] = forces, tips
         columns = {"tool_work": float(self._sums[0])} if tools else {}
-        return columns | (self._steadied() if self.problem.scene.solver.may_steady else {})
-
-    def part(self) -> StatePart:
-        """The sums, for a checkpoint."""
-        return StatePart(Place.EVERYWHERE, self._numbers, self._recall)
-
-    def _numbers(self) -> Floats:
-        return np.concatenate([self._sums, self._forces.ravel(), self._tips.ravel()])
-
-    def _recall(self, rows: Floats) -> None:
-        tools = len(self._tips)
-        self._sums = rows[:2].copy()
-        self._forces, self._tips = (part.reshape(tools, 3) for part in np.split(rows[2:], 2))
+        return columns | (self._steadied() if self.problem.scene.solver.may_stabilise else {})

@@ -80,7 +80,7 @@ class Scene(Settings):
         if self.solver.perturbation is not None and not self.symmetric:
             expected = "expected none, where a law or contact makes the tangent not symmetric"
             raise impossible("solver.perturbation", f"{1e3 * self.solver.perturbation:.6g} mm", expected)
-        if self.solver.perturbation is not None and not self.solver.may_steady:
+        if self.solver.perturbation is not None and not self.solver.may_stabilise:
             raise impossible("solver.steadying", "none", 'expected "automatic" with solver.perturbation')
         return self
 
@@ -153,11 +153,19 @@ class Scene(Settings):
         return [*self.tool, *([self.mould] if self.mould is not None else [])]
 
     @property
+    def contacts(self) -> list[RigidSurface | OneSided]:
+        """All that the fabric may touch: tools, mould, and layers that may part."""
+        return [*self.rigid_surfaces, *(way for way in self.interfaces if isinstance(way, OneSided))]
+
+    @property
+    def contact_uses_own_pressure(self) -> bool:
+        """Whether a contact asks for the pressure that a layer's own stress has on its face."""
+        return any(way.contact.uses_own_pressure for way in self.contacts)
+
+    @property
     def symmetric(self) -> bool:
         """Whether the tangent is symmetric: that of all laws and contacts."""
-        contacts: list[RigidSurface | OneSided] = [*self.rigid_surfaces]
-        contacts += [way for way in self.interfaces if isinstance(way, OneSided)]
-        return self.laws.symmetric and all(way.contact.symmetric and way.friction is None for way in contacts)
+        return self.laws.symmetric and all(way.contact.symmetric and way.friction is None for way in self.contacts)
 
     @property
     def segments(self) -> list[Segment]:

@@ -55,7 +55,7 @@ class Solver(Settings):
     )
 
     @property
-    def may_steady(self) -> bool:
+    def may_stabilise(self) -> bool:
         """Whether a viscosity may come."""
         return self.steadying == "automatic"
 

@@ -11,6 +11,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mechanics.time_step import Outcome, place
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.stable_step import StableStep
@@ -102,21 +103,22 @@ class CentralDifferences:
         damped = math.sqrt(1 + share**2) - share
         return self.settings.safety * damped * 2 / self.stable.update()
 
-    def march(self, start: float, size: float) -> str | None:
-        """March from a committed state at a time by a size (s); the trial state is that at its end.
+    def solve(self, start: float, size: float, patience: int = 1) -> Outcome:
+        """March from a committed state at a time by a size (s); the trial state is that at its end."""
+        del patience
+        before, trouble = self.steps, self._march(start, size)
+        return Outcome(trouble is None, self.steps - before, trouble or "end of the row reached")
 
-        Returns:
-            None, or in words why it ended on the way.
-        """
+    def _march(self, start: float, size: float) -> str | None:
+        """The march; None, or in words why it ended on the way."""
         problem = self.problem
-        problem.place(start, size)
         count = math.ceil(size / self.largest_step())
         step = size / count
         with np.errstate(over="ignore", invalid="ignore"):
             for number in range(1, count + 1):
                 self._accelerate(step)
                 problem.displacement.x.array[:] += step * self._velocity.x.array
-                problem.place(start, number * step)
+                place(problem, start, number * step)
                 self.forces = self._residual.values()
                 self.steps += 1
                 reason = self._trouble() if number % LISTENING == 0 or number == count else None

@@ -10,6 +10,7 @@ from typing import Any
 from mpi4py import MPI
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
@@ -18,7 +19,7 @@ from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.interruption import Interruption
-from ncf_fenicsx.simulation.progress_bar import Progress
+from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.run_record import Result, record
 from ncf_fenicsx.simulation.start import open_problem
 from ncf_fenicsx.simulation.stepping import Ending, March
@@ -71,11 +72,13 @@ class ExplicitRun:
     def __init__(self, scene: Scene, settings: Explicit, folder: Path, comm: MPI.Comm, overwrite: bool) -> None:
         self.scene, self.settings, self.comm, self.phases = scene, settings, comm, Phases()
         self.duration = scene.milestones[-1]
-        self.progress, self.interruption = Progress(self.duration, comm), Interruption(comm)
+        self.progress, self.interruption = ProgressBar(self.duration, comm), Interruption(comm)
         self.problem = open_problem(scene, folder, overwrite, comm, self.progress, self.phases)
         with self.phases("forms"):
             self.measures = Measures(self.problem)
             self.differences = CentralDifferences(self.problem, settings, self.interruption.reason)
+            energies = self.measures.energies.state
+            self.time_step = TimeStep(self.problem, self.differences.solve, [energies], predicts=False)
         on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
@@ -105,17 +108,14 @@ class ExplicitRun:
 
     def _advance(self, start: float, end: float) -> str | None:
         """March through a row and write it down; in words, why that failed."""
-        before = self.differences.steps
         self.problem.weight_share.value = min(end / (WEIGHING * self.duration), 1.0)
         with self.phases("march"):
-            trouble = self.differences.march(start, end - start) or self.problem.defects.find()
-        if trouble is not None:
-            self.problem.rollback(start)
-            return trouble
+            outcome = self.time_step.attempt(start, end - start)
+        if not outcome.converged:
+            return outcome.reason
         with self.phases("output"):
-            measured = self.measures.observe(self.differences.forces)
-            self.problem.commit(end - start)
-            cost = {"explicit_steps": self.differences.steps - before, "wall_time": self.phases.total}
+            measured = self.time_step.accept(lambda: self.measures.observe(self.differences.forces))
+            cost = {"explicit_steps": outcome.iterations, "wall_time": self.phases.total}
             row = {"time": end, "time_step": end - start} | measured | self._energies(measured) | cost
             self.history.append(row)
             self.results.append(row)

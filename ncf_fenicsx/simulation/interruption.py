@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: a run hears them at its next Newton iteration and ends with its last good state saved."""
+"""Why a run ends before its time: Ctrl-C, SIGTERM, or its own judgement; heard at the next Newton iteration."""
 
 from __future__ import annotations
 
@@ -12,14 +12,18 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interruption:
-    """Whether a run has been asked to end, on any rank; a second request ends the program at once.
+    """Whether a run has been asked to end, on any rank; a second signal ends the program at once.
 
     Args:
         comm: ranks of the run.
+
+    Attributes:
+        request: in words, why the run itself asks to end, the same on all ranks; None while it does not.
     """
 
     def __init__(self, comm: MPI.Comm) -> None:
         self.comm = comm
+        self.request: str | None = None
         self._received = 0
         self._old: dict[int, Any] = {}
 
@@ -41,4 +45,4 @@ class Interruption:
     def reason(self) -> str | None:
         """In words, why to end; None to go on. Collective."""
         number = self.comm.allreduce(self._received, MPI.MAX)
-        return f"interrupted by {signal.Signals(number).name}" if number else None
+        return f"interrupted by {signal.Signals(number).name}" if number else self.request

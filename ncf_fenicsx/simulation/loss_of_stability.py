@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ncf_fenicsx.mechanics.time_step import Outcome
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results
-from ncf_fenicsx.simulation.progress_bar import Progress
-from ncf_fenicsx.simulation.step import StepSolver
-from ncf_fenicsx.solver import Newton, Outcome
+from ncf_fenicsx.simulation.interruption import Interruption
+from ncf_fenicsx.simulation.progress_bar import ProgressBar
+from ncf_fenicsx.simulation.step import StabilisedStep
+from ncf_fenicsx.solver import Newton
 
 Floats = NDArray[np.float64]
 
@@ -25,43 +27,49 @@ class LossOfStability:
         results: where the mode is written.
         progress: where it is said.
         steps: of the run, with its viscosity.
+        interruption: of the run; told where a viscosity has had too much of the work.
 
     Attributes:
         lost: when stability was lost first, with the pivots and, if the scene asks for the mode, its eigenvalue (N/m)
             and wavelength (m); None before.
-        distrust: in words, why to go no further; None while there is no reason.
-        steadied_from: time in s from which a viscosity has steadied the stack that the scene does not name.
+        stabilised_from: time in s from which there has been a viscosity; None before.
     """
 
     def __init__(
-        self, newton: Newton, measures: Measures, results: Results, progress: Progress, steps: StepSolver
+        self,
+        newton: Newton,
+        measures: Measures,
+        results: Results,
+        progress: ProgressBar,
+        steps: StabilisedStep,
+        interruption: Interruption,
     ) -> None:
         self.newton, self.measures, self.results, self.progress = newton, measures, results, progress
-        self.problem, self.steps, self.steadying = measures.problem, steps, steps.steadying
+        self.problem, self.steps, self.stabilisation = measures.problem, steps, steps.stabilisation
+        self.interruption = interruption
         self.lost: dict[str, float] | None = None
-        self.steadied_from: float | None = None
-        self.distrust: str | None = None
+        self.stabilised_from: float | None = None
         self._mode: Floats | None = None
 
     def watch(self, time: float, outcome: Outcome, viscous_share: float) -> None:
         """Look at a step that ends at a time (s), before its commit; its viscosity has had a share of the work."""
         scene = self.problem.scene
         if viscous_share > scene.solver.viscous_share:
-            self.distrust = (
-                f"the viscosity that steadies the stack has had {viscous_share:.2g} of the tools' work: "
+            self.interruption.request = (
+                f"the viscosity that stabilises the stack has had {viscous_share:.2g} of the tools' work: "
                 "this is no solution of the laws"
             )
         if self.lost is None and outcome.negative_pivots:
             self.lost = {"time": time, "negative_pivots": outcome.negative_pivots}
-            self.steadying.stability_lost = True
+            self.stabilisation.stability_lost = True
             self.progress.note(
                 f"caution: stability is lost at {time:.6g} s ({outcome.negative_pivots} negative pivots)"
             )
             if scene.output.critical_mode or scene.solver.perturbation is not None:
                 self._find_mode(self.lost)
-        if self.steadied_from is None and self.steadying.value:
-            self.steadied_from = time
-            self.progress.note(f"caution: a viscosity steadies the stack from {time:.6g} s on: see viscous_share")
+        if self.stabilised_from is None and self.stabilisation.value:
+            self.stabilised_from = time
+            self.progress.note(f"caution: a viscosity stabilises the stack from {time:.6g} s on: see viscous_share")
 
     def _find_mode(self, found: dict[str, float]) -> None:
         pair = self.newton.critical_mode()
@@ -75,14 +83,14 @@ class LossOfStability:
         size, mode = self.problem.scene.solver.perturbation, self._mode
         self._mode = None
         if size is not None and mode is not None:
-            self.steps.push(size * mode.ravel())
-            self.steadying.start()
+            self.steps.time_step.push(size * mode.ravel())
+            self.stabilisation.start()
 
     def record(self) -> dict[str, Any]:
         """What the record of the run, and a checkpoint, say of it."""
-        return {"loss_of_stability": self.lost, "steadied_from": self.steadied_from}
+        return {"loss_of_stability": self.lost, "stabilised_from": self.stabilised_from}
 
     def recall(self, saved: dict[str, Any]) -> None:
         """Go on from a checkpoint."""
-        self.lost, self.steadied_from = saved["loss_of_stability"], saved["steadied_from"]
-        self.steadying.stability_lost = self.lost is not None
+        self.lost, self.stabilised_from = saved["loss_of_stability"], saved["stabilised_from"]
+        self.stabilisation.stability_lost = self.lost is not None

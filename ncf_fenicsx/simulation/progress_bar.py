@@ -9,14 +9,13 @@ from typing import Self
 
 from mpi4py import MPI
 from rich.console import Console
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bar
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 LAUNCHERS = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}
 """Variables that Open MPI's and MPICH's launchers set."""
 
 
-class Progress:
+class ProgressBar:
     """Progress towards the end of a path.
 
     Args:
@@ -27,10 +26,10 @@ class Progress:
 
     def __init__(self, duration: float, comm: MPI.Comm) -> None:
         self.visible = comm.rank == 0
-        self.bar: Bar | None = None
+        self.bar: Progress | None = None
         if comm.size == 1 and sys.stdout.isatty() and not LAUNCHERS & set(os.environ):
             columns = (BarColumn(bar_width=12), TextColumn("{task.description}"), TimeElapsedColumn())
-            self.bar = Bar(*columns, console=Console())
+            self.bar = Progress(*columns, console=Console())
             self._task = self.bar.add_task("first solve", total=duration)
 
     def __enter__(self) -> Self:

@@ -40,8 +40,8 @@ def tolerances(problem: Problem) -> dict[str, float]:
     settings = problem.scene.solver
     return {
         "unbalanced_force_over_support": settings.force_tolerance,
-        "unbalanced_force_of_round_off_N": problem.force_floor,
-        "increment_m": settings.increment_tolerance * problem.length,
+        "unbalanced_force_of_round_off_N": problem.scales.force_floor,
+        "increment_m": settings.increment_tolerance * problem.scales.length,
     }
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.checkpoint import NAME, Checkpoint
 from ncf_fenicsx.output.measures import Measures
@@ -15,13 +16,13 @@ from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
-from ncf_fenicsx.simulation.progress_bar import Progress
+from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.run_record import Result, record, tolerances
-from ncf_fenicsx.simulation.stabilisation import Steadying
+from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.start import open_problem
-from ncf_fenicsx.simulation.step import Settling, StepSolver
+from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedStep
 from ncf_fenicsx.simulation.stepping import Ending, March, StepControl, march
-from ncf_fenicsx.solver import Newton, Outcome
+from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
 
 
@@ -54,24 +55,26 @@ class Simulation:
     def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool = False) -> None:
         self.scene, self.comm, self.phases = scene, comm, Phases()
         self.milestones, self.control = scene.milestones, StepControl.of(scene.solver, scene.milestones[-1])
-        self.progress, self.interruption = Progress(self.milestones[-1], comm), Interruption(comm)
+        self.progress, self.interruption = ProgressBar(self.milestones[-1], comm), Interruption(comm)
         self._restarts = restart and on_root(comm, (folder / NAME).is_file)
         if restart and not self._restarts:
             on_root(comm, lambda: check_restart(folder))
         self.problem = open_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
         with self.phases("forms"):
             self.measures = Measures(self.problem)
-            self.newton = Newton(self.problem, scene.solver, self.phases, self._why_end)
-            self.steadying = Steadying.of_scene(scene, self.control.first)
-            self.steps = StepSolver(self.problem, self.newton, self.steadying)
+            self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
+            solver = AugmentedNewton(self.problem, self.newton)
+            self.time_step = TimeStep(self.problem, solver.solve, [self.measures.energies.state])
+            self.stabilisation = Stabilisation.of_scene(scene, self.control.first)
+            self.steps = StabilisedStep(self.time_step, self.stabilisation)
         if not self._restarts:
             on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", scene.to_toml())
-        self.stability = LossOfStability(self.newton, self.measures, self.results, self.progress, self.steps)
-        self.checkpoint = Checkpoint(
-            folder, self.problem, {"energies": self.measures.energies.part()} | self.steps.parts()
+        self.stability = LossOfStability(
+            self.newton, self.measures, self.results, self.progress, self.steps, self.interruption
         )
+        self.checkpoint = Checkpoint(folder, self.problem, self.time_step.state)
         self.history: list[dict[str, float]] = []
         self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
 
@@ -88,8 +91,8 @@ class Simulation:
                     ended,
                     self.problem.contacts.longest_step,
                 )
-            if self.stability.distrust is not None:
-                ended.stop(self.stability.distrust)
+            if self.interruption.request is not None:
+                ended.stop(self.interruption.request)
             self.finish(ended)
         return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
 
@@ -102,17 +105,10 @@ class Simulation:
             self.accept(start, 0.0, settling.outcome)
         return start
 
-    def _why_end(self) -> str | None:
-        """In words, why to end at once; None to go on."""
-        return self.interruption.reason() or self.stability.distrust
-
     def accept(self, progress: March, size: float, outcome: Outcome) -> None:
         """Commit a step, measure it, write it down and save it where that is due."""
         with self.phases("output"):
-            residual = self.newton.evaluate_residual()
-            measured = self.measures.observe(residual)
-            self.stability.watch(progress.time, outcome, measured.get("viscous_share", 0.0))
-            self.problem.commit(size)
+            measured = self.time_step.accept(lambda: self._measure(progress.time, outcome))
             self.steps.held(size)
             self.stability.leave_branch()
             row = self._row(progress, size, outcome, measured)
@@ -123,6 +119,12 @@ class Simulation:
                 self.results.fields(progress.time)
             self._save_if_due(progress)
         self.progress.show(row)
+
+    def _measure(self, time: float, outcome: Outcome) -> dict[str, float]:
+        """Measures of the trial state at a time (s); a loss of stability is noticed."""
+        measured = self.measures.observe(self.newton.evaluate_residual())
+        self.stability.watch(time, outcome, measured.get("viscous_share", 0.0))
+        return measured
 
     def finish(self, ended: March) -> None:
         """Write the last good state, the record of the run and the picture."""
@@ -162,7 +164,7 @@ class Simulation:
                 "rows": len(self.history),
                 "snapshots": self.results.snapshots,
                 "stability": self.stability.record(),
-                "viscosity": self.steadying.value,
+                "viscosity": self.stabilisation.value,
             }
         )
         self._saved_at = time.monotonic()
@@ -170,10 +172,11 @@ class Simulation:
     def _resume(self) -> March:
         """The march of the checkpoint, its state and its results."""
         saved = self.checkpoint.load()
+        self.time_step.resume(saved["time"])
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
         self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
         self.stability.recall(saved["stability"])
-        self.steadying.value = saved["viscosity"]
+        self.stabilisation.value = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
         return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])

@@ -1,8 +1,8 @@
-"""A viscosity that comes where steps fail again and again, and goes where they hold: pure control.
+"""Adaptive viscous stabilisation: a viscosity that comes where steps fail again and again, and goes where they hold.
 
 Past a loss of stability the stack may have no equilibrium near by, whatever the step: it snaps to another one.
 A force against its motion makes a path of that snap. It need not be large: over a step that has been cut small it is a
-stiffness, viscosity over time step, that only has to outweigh what the tangent lacks.
+stiffness, viscosity over time step, that only has to outweigh what the tangent lacks. Pure control: it knows no mesh.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LEAST = 1e-3
 
 
 @dataclass
-class Steadying:
+class Stabilisation:
     """Viscosity of a run.
 
     Attributes:
@@ -38,11 +38,11 @@ class Steadying:
     stability_lost: bool = False
 
     @classmethod
-    def of_scene(cls, scene: Scene, first_step: float) -> Steadying:
+    def of_scene(cls, scene: Scene, first_step: float) -> Stabilisation:
         """That of a scene whose run begins with a step of a size (s)."""
         speed = max((segment.speed or 0.0 for segment in scene.segments), default=0.0)
         speed = speed or scene.stack.thickness / scene.milestones[-1]
-        first = SHARE * scene.natural_stiffness / speed if scene.solver.may_steady else 0.0
+        first = SHARE * scene.natural_stiffness / speed if scene.solver.may_stabilise else 0.0
         return cls(first, first_step)
 
     def in_trouble(self, size: float) -> bool:

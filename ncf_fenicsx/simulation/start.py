@@ -12,7 +12,7 @@ from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.results_folder import check_folder
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.simulation.progress_bar import Progress
+from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.stepping import StepControl
 from ncf_fenicsx.solver.timing import Phases
 
@@ -22,7 +22,7 @@ MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
 
 
 def open_problem(
-    scene: Scene, folder: Path, overwrite: bool, comm: MPI.Comm, progress: Progress, phases: Phases
+    scene: Scene, folder: Path, overwrite: bool, comm: MPI.Comm, progress: ProgressBar, phases: Phases
 ) -> Problem:
     """The problem of a scene whose results go to a folder.
 

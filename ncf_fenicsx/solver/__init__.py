@@ -1,7 +1,6 @@
 """Newton's method on the compiled forms: the only room that knows PETSc."""
 
 from ncf_fenicsx.solver.assembly import Residual
-from ncf_fenicsx.solver.equations import Outcome
 from ncf_fenicsx.solver.newton import Newton, petsc_version
 
-__all__ = ["Newton", "Outcome", "Residual", "petsc_version"]
+__all__ = ["Newton", "Residual", "petsc_version"]

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.solver.equations import Control
+from ncf_fenicsx.contact.force_control import ForceControl
 
 Floats = NDArray[np.float64]
 
 
-def border(step: Any, controls: Sequence[Control], solve: Callable[[Any, Any], None], held: Any) -> Floats:
+def border(step: Any, controls: Sequence[ForceControl], solve: Callable[[Any, Any], None], held: Any) -> Floats:
     """Correct a step u = K^-1 r for unknown heights h: both K u + C h = r and R u + S h = e hold then.
 
     K is the tangent, whose factors are at hand; C, R and S are the columns, rows and stiffnesses of the controls, e is

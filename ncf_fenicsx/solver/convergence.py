@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.mesh.hexahedra import place
 from ncf_fenicsx.scene.settings import Solver as Settings
-from ncf_fenicsx.solver.equations import Floats, System
+from ncf_fenicsx.solver.equations import System
+
+Floats = NDArray[np.float64]
 
 FLOOR_INCREMENT = 1e-3
 RUNAWAY = 4.0
@@ -24,7 +26,7 @@ CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 
 
-class Progress:
+class Convergence:
     """Follows the iterations of one solve after another.
 
     Args:
@@ -56,8 +58,8 @@ class Progress:
 
     def start(self, residual: float, load: float) -> None:
         """Judge the start of a solve: nothing is to be done where no more than round-off (N) is out of balance."""
-        balanced = residual <= min(self.system.force_floor, self._tolerance * load) and self._carried
-        self.converged = balanced and not self.system.contacts.keeping
+        balanced = residual <= min(self.system.scales.force_floor, self._tolerance * load) and self._carried
+        self.converged = balanced and not self.system.contacts.holding
 
     def follow(self, iteration: int, residual: float, load: float, update: Floats) -> None:
         """Judge an iteration.
@@ -70,8 +72,8 @@ class Progress:
         """
         increment = float(self.comm.allreduce(np.abs(update).max(initial=0.0), MPI.MAX))
         self._increments.append(increment)
-        self.converged = self._small(residual, load) and not self.system.contacts.keeping
-        self._first = iteration + 1 if self.system.contacts.catching else self._first
+        self.converged = self._small(residual, load) and not self.system.contacts.holding
+        self._first = iteration + 1 if self.system.contacts.holding_layers else self._first
         self._note_contact()
         self.given_up = "" if self.converged else self._no_progress(iteration, update)
 
@@ -86,7 +88,7 @@ class Progress:
 
     def _no_progress(self, iteration: int, update: Floats) -> str:
         """In words, why to give up after an iteration; empty to go on."""
-        first = max([RUNAWAY_FROM * self.system.length, *self._increments[self._first : self._first + 1]])
+        first = max([RUNAWAY_FROM * self.system.scales.length, *self._increments[self._first : self._first + 1]])
         if self._first <= iteration and self._increments[-1] > RUNAWAY * self._patience * first:
             return "Newton's increments grow"
         if iteration < self._patience * self.settings.max_iterations:
@@ -98,7 +100,7 @@ class Progress:
     @property
     def _allowed(self) -> float:
         """Increment in m that is small."""
-        return self.settings.increment_tolerance * self.system.length
+        return self.settings.increment_tolerance * self.system.scales.length
 
     @property
     def nearly(self) -> bool:
@@ -124,7 +126,7 @@ class Progress:
         """
         if residual <= self._tolerance * load:
             return self.nearly and self._carried
-        small = residual <= self.system.force_floor and self._increments[-1] <= FLOOR_INCREMENT * self._allowed
+        small = residual <= self.system.scales.force_floor and self._increments[-1] <= FLOOR_INCREMENT * self._allowed
         return small and self._carried
 
     def place_of_largest(self, values: Floats) -> str:

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ncf_fenicsx.contact.force_control import ForceControl
+from ncf_fenicsx.mechanics.time_step import Outcome
 from ncf_fenicsx.scene.settings import Solver as Settings
 from ncf_fenicsx.solver.assembly import Residual, TangentMatrix
 from ncf_fenicsx.solver.bordering import border
-from ncf_fenicsx.solver.convergence import Progress
+from ncf_fenicsx.solver.convergence import Convergence
 from ncf_fenicsx.solver.direct_factors import DirectFactors
-from ncf_fenicsx.solver.equations import Control, Outcome, System
+from ncf_fenicsx.solver.equations import System
 from ncf_fenicsx.solver.layer_factors import LayerFactors
 from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
 from ncf_fenicsx.solver.modes import critical_mode
@@ -58,7 +60,7 @@ class Newton:
         interrupted: Callable[[], str | None] = lambda: None,
     ) -> None:
         self.system, self.settings, self.phases, self._interrupted = system, settings, phases, interrupted
-        self.progress, self._stopped = Progress(system, settings), ""
+        self.convergence, self._stopped = Convergence(system, settings), ""
         self.residual = Residual(system)
         self.vector = self.residual.vector
         self.unknown = self.vector.duplicate()
@@ -82,7 +84,7 @@ class Newton:
         """
         system = self.system
         self._stopped = ""
-        self.progress.begin(patience, at_rest)
+        self.convergence.begin(patience, at_rest)
         self.linear.begin()
         if self._in_trust_region:
             self.system.contacts.release(KEEP_NONE)
@@ -109,10 +111,10 @@ class Newton:
         """
         if self._stopped:
             return self._stopped
-        words = self.progress.given_up or REASONS.get(reason, f"SNES stopped with reason {reason}")
+        words = self.convergence.given_up or REASONS.get(reason, f"SNES stopped with reason {reason}")
         norm = self.snes.getFunctionNorm()
         if np.isfinite(norm):
-            words += f" ({norm:.2g} N unbalanced, most at {self.progress.place_of_largest(self.vector.array_r)})"
+            words += f" ({norm:.2g} N unbalanced, most at {self.convergence.place_of_largest(self.vector.array_r)})"
         return words + (f"; its last tangent had {pivots} negative pivots" if pivots else "")
 
     def _negative_pivots(self, reason: int) -> int | None:
@@ -182,7 +184,9 @@ class Newton:
             PETSc.Options()[name] = value
         snes.setType("newtontr" if self._in_trust_region else "newtonls")
         if self._in_trust_region:
-            snes.setTRTolerances(delta_min=0.0, delta_max=self.system.increment_cap, delta_0=self.system.increment_cap)
+            snes.setTRTolerances(
+                delta_min=0.0, delta_max=self.system.scales.increment_cap, delta_0=self.system.scales.increment_cap
+            )
         snes.setFunction(self._residual, self.vector)
         snes.setConvergenceTest(self._test)
         snes.setLineSearchPreCheck(self._before_step)
@@ -225,7 +229,7 @@ class Newton:
         with self.phases("assembly"):
             self._take(x)
             self.residual.assemble(b)
-            self.load = self.system.load(b.array_r)
+            self.load = self.system.scales.load(b.array_r)
             b.array[self._held] = x.array_r[self._held]
 
     def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
@@ -234,12 +238,12 @@ class Newton:
         with self.phases("assembly"):
             self._take(x)
             self.tangent.assemble()
-            self.linear.expect(self.progress.nearly, exact=self._in_trust_region or bool(self._controls))
+            self.linear.expect(self.convergence.nearly, exact=self._in_trust_region or bool(self._controls))
             if system.last_iterate is not None:
                 system.last_iterate.x.array[:] = system.displacement.x.array
 
     @property
-    def _controls(self) -> list[Control]:
+    def _controls(self) -> list[ForceControl]:
         """Equations of tools whose height is an unknown of the step."""
         return [control for control in self.system.contacts.controls if control.active]
 
@@ -250,7 +254,11 @@ class Newton:
         controls = self._controls
         heights = border(step, controls, self.snes.getKSP().solve, self._held)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
-        scale = min(0.5 if self.progress.cycling else 1.0, self.system.increment_cap / largest) if largest else 1.0
+        scale = (
+            min(0.5 if self.convergence.cycling else 1.0, self.system.scales.increment_cap / largest)
+            if largest
+            else 1.0
+        )
         step.scale(scale)
         for control, height in zip(controls, heights, strict=True):
             control.shift(-scale * height)
@@ -264,12 +272,12 @@ class Newton:
             self._stopped = interruption
             return reasons.DIVERGED_INNER
         if not iteration:
-            self.progress.start(residual, self.load)
+            self.convergence.start(residual, self.load)
         else:
-            self.progress.follow(iteration, residual, self.load, snes.getSolutionUpdate().array_r)
-        if self.progress.converged:
+            self.convergence.follow(iteration, residual, self.load, snes.getSolutionUpdate().array_r)
+        if self.convergence.converged:
             return reasons.CONVERGED_FNORM_ABS
-        return reasons.DIVERGED_INNER if self.progress.given_up else reasons.ITERATING
+        return reasons.DIVERGED_INNER if self.convergence.given_up else reasons.ITERATING
 
 
 def petsc_version() -> str:

@@ -68,7 +68,7 @@ def _unit(simulation: Simulation) -> tuple[float, float]:
 
 def _pieces(simulation: Simulation) -> dict[str, float]:
     """Least seconds of what the run's iterations and steps consist of."""
-    pieces = simulation.newton.pieces | {"pairing of layers": simulation.problem.contacts.update}
+    pieces = simulation.newton.pieces | {"pairing of layers": simulation.problem.contacts.pair}
     return {name: min(_seconds(work, simulation.comm) for _ in range(REPEATS)) for name, work in pieces.items()}
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from assembled import build
+from assembled import build, step_of
 
 from ncf_fenicsx import Scene, run
 
@@ -140,7 +140,7 @@ def state_of(problem):
     return [
         problem.displacement.x.array.copy(),
         problem.contacts.tools[0].tip.value.copy(),
-        np.array([problem.contacts.tools[0].heave, control._start, control._committed_force, control._velocity]),
+        np.array([problem.contacts.tools[0].height_offset, *control.state.committed]),
         problem.contacts.tools[0].nodal_forces(),
         problem.contacts.layers[0].gaps(),
     ]
@@ -151,30 +151,29 @@ def test_a_forced_failure_restores_the_height_bit_for_bit(name):
     path = [{"hold": "4 s", "force": "0.1 N"}, {"hold": "4 s", "force": "0.3 N"}]
     table = scene(TOOLS[name], *path).table()
     problem, newton = build(table)
+    step = step_of(problem, newton)
     for time, size in ((0.0, 0.0), (0.0, 1.0), (1.0, 1.5), (2.5, 1.5), (4.0, 0.5)):
-        problem.begin(time, size)
-        outcome = newton.solve()
+        outcome = step.attempt(time, size)
         assert outcome.converged, outcome.reason
-        problem.commit(size)
+        step.commit()
     before, residual = state_of(problem), newton.evaluate_residual()
     expected = 0.1 + 0.2 * 0.5 / 4
     assert 4 * problem.contacts.tools[0].force()[2] == pytest.approx(expected, rel=1e-6)
-    assert problem.contacts.tools[0].heave < -1e-5
+    assert problem.contacts.tools[0].height_offset < -1e-5
 
     generous = newton.settings
-    newton.progress.settings = generous.model_copy(update={"max_iterations": 1})
-    problem.begin(4.5, 2.0)
+    newton.convergence.settings = generous.model_copy(update={"max_iterations": 1})
+    step.begin(4.5, 2.0)
     assert not newton.solve().converged
-    assert problem.contacts.tools[0].heave != before[2][0]
-    problem.rollback(4.5)
+    assert problem.contacts.tools[0].height_offset != before[2][0]
+    step.rollback(4.5)
 
     for old, new in zip(before, state_of(problem), strict=True):
         assert np.array_equal(old, new)
     assert np.array_equal(residual, newton.evaluate_residual())
-    newton.progress.settings = generous
-    problem.begin(4.5, 1.0)
-    assert newton.solve().converged
-    problem.commit(1.0)
+    newton.convergence.settings = generous
+    assert step.attempt(4.5, 1.0).converged
+    step.commit()
     assert 4 * problem.contacts.tools[0].force()[2] == pytest.approx(0.1 + 0.2 * 1.5 / 4, rel=1e-6)
 
 

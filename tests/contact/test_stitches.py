@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from assembled import COMM, build
+from assembled import COMM, build, step_of
 from layers import PARTS, STITCH, move, two_layers, upper_nodes
 
 OPENING = 8.0 / (2e-3 * 4e-3 * 10e-3)
@@ -25,7 +25,7 @@ def slip_to(problem, upper, slip):
     """An accepted step to a slip in m, the layers a tenth of a millimetre apart; the pull on the upper one in N."""
     move(problem, upper, slip, 0.0, 0.1e-3)
     problem.contacts.refresh()
-    problem.commit(1.0)
+    step_of(problem).commit()
     return -COMM.allreduce(problem.contacts.layers[0].residual()[1].sum(axis=0))
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from assembled import COMM, assign, build, bumpy, forces, gradient_error
+from assembled import COMM, assign, build, bumpy, forces, gradient_error, step_of
 
 from ncf_fenicsx.mesh import compat
 
@@ -30,13 +30,15 @@ def pressed(table, **keys):
     problem, newton = build(table | {"solver": {"tangent": "plain"}, "laws": SOFT} | keys)
     assign(problem, lambda x: 0.6 * bumpy(x) + np.stack([2e-5 * np.cos(400 * x[2]), 1e-5 * x[0] / 0.01, 0 * x[0]]))
     problem.contacts.refresh()
-    problem.begin(0.0, 12.0)
+    step_of(problem).begin(0.0, 12.0)
     problem.clock.time_step.value, problem.clock.inverse_time_step.value = 0.5, 2.0
     for contact in (*problem.contacts.rigid, *problem.contacts.layers):
-        for name, field in contact.memory.fields.items():
-            values = field.x.array
-            values[:] = 3e3 if name == "multiplier" else 500.0 * np.cos(np.arange(len(values)) // 3)
-            if name == "traction" and COMM.size > 1:
+        if contact.multiplier is not None:
+            contact.multiplier.values[:] = 3e3
+        if contact.traction is not None:
+            values = contact.traction.x.array
+            values[:] = 500.0 * np.cos(np.arange(len(values)) // 3)
+            if COMM.size > 1:
                 values[:] = 300.0  # the same at a node on all ranks
     if problem.contacts.tools:
         problem.contacts.tools[0].tip.value[2] = 3.6e-3  # deep enough to touch the bumps
@@ -106,9 +108,11 @@ def test_tangent_between_layers(table, way, mesh):
     upper |= np.isin(problem.contacts.body.spaces.numbers, layer.pairing.masters)
     problem.displacement.x.array.reshape(-1, 3)[upper, 0] += 2e-4
     problem.start.x.array[:] = problem.displacement.x.array
-    problem.contacts.update()
-    for name, field in layer.memory.fields.items():
-        field.x.array[:] = 3e3 if name == "multiplier" else 300.0
+    problem.contacts.pair()
+    if layer.multiplier is not None:
+        layer.multiplier.values[:] = 3e3
+    if layer.traction is not None:
+        layer.traction.x.array[:] = 300.0
     newton.tangent.follow_links()
     problem.displacement.x.array.reshape(-1, 3)[upper, :2] += [3e-6, 2e-6]
     layer.refresh()

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 import ufl
-from assembled import COMM, assign, build, forces
+from assembled import COMM, assign, build, forces, step_of
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from laws_by_number import VF0, strained
@@ -21,8 +21,8 @@ SUM = PETSc.Mat.InfoType.GLOBAL_SUM
 def test_a_scene_builds_only_what_it_names(table):
     problem, newton = build(table)
     assert set(problem.terms) == {"internal", "gravity", "tool", "interface"}
-    assert set(problem.states.fields) == {"volume_fraction"}
-    assert problem.face_states is None
+    assert set(problem.states) == {"volume_fraction"}
+    assert not problem.face_states
     pairs = len(problem.contacts.layers[0].pairing.masters)
     assert pairs == 7 * 3
     entries = newton.tangent.matrix.getInfo(SUM)["nz_allocated"]
@@ -55,9 +55,13 @@ def test_a_scene_builds_only_what_it_names(table):
 def test_contact_keeps_only_what_its_ways_need(table, ways, memory, face_states):
     table |= {"tool": table["tool"] | ways, "interface": {"kind": "one_sided"} | ways}
     problem, _ = build(table)
-    assert list(problem.contacts.tools[0].memory.fields) == memory
-    assert list(problem.contacts.layers[0].memory.fields) == memory
-    assert (problem.face_states is not None) == face_states
+    names = [field.name for field in problem.contacts.state]
+    tool, interface = (
+        [name.partition(".")[2] for name in names if name.startswith(of)] for of in ("tool.", "interface.")
+    )
+    assert tool == ["height_offset", "active_set", *memory]
+    assert interface == ["slip", *memory]
+    assert bool(problem.face_states) == face_states
     assert problem.symmetric == (not face_states and "friction" not in ways)
     assert not problem.contacts.controls
 
@@ -91,7 +95,7 @@ NO_RATE = {"rate": {"kind": "none"}}
 )
 def test_a_law_that_is_not_named_has_no_state_no_field_and_no_integral(table, laws, states, fields, integrals):
     problem, _ = build(table | {"laws": laws})
-    assert set(problem.states.fields) == states
+    assert set(problem.states) == states
     assert coefficients(problem) == fields
     assert rules(problem) == integrals
     assert (problem.last_iterate is None) == ("solid" in laws)
@@ -102,7 +106,7 @@ HISTORY = {"rate": {"feed": "local"}, "unloading": {}, "relaxation": {"branches"
 
 def state_of(problem):
     """Everything a step may change."""
-    fields = [field.x.array.copy() for field in problem.states.fields.values()]
+    fields = [field.values.copy() for field in problem.states.values()]
     clock = [float(value.value) for value in (problem.clock.time_step, problem.clock.process_speed)]
     return [
         problem.displacement.x.array.copy(),
@@ -116,25 +120,25 @@ def state_of(problem):
 @pytest.mark.parametrize("laws", [{}, HISTORY], ids=["default", "with states"])
 def test_a_forced_failure_restores_the_state_bit_for_bit(table, laws):
     problem, newton = build(table | {"laws": laws})
+    step = step_of(problem, newton)
     for time, size in ((0.0, 0.0), (0.0, 1.0), (1.0, 1.5)):
-        problem.begin(time, size)
-        assert newton.solve().converged
-        problem.commit(size)
+        assert step.attempt(time, size).converged
+        step.commit()
     before, residual = state_of(problem), newton.evaluate_residual()
 
-    newton.progress.settings = newton.settings.model_copy(update={"max_iterations": 1})
-    problem.begin(2.5, 5.0)
+    newton.convergence.settings = newton.settings.model_copy(update={"max_iterations": 1})
+    step.begin(2.5, 5.0)
     outcome = newton.solve()
     assert not outcome.converged
     assert "did not converge" in outcome.reason
     assert not np.array_equal(problem.displacement.x.array, before[0])
-    problem.rollback(2.5)
+    step.rollback(2.5)
 
     for old, new in zip(before, state_of(problem), strict=True):
         assert np.array_equal(old, new)
     assert np.array_equal(residual, newton.evaluate_residual())
-    for field in problem.states.fields.values():
-        assert COMM.allreduce(int(np.ptp(field.x.array) > 0)) > 0  # the states did change before
+    for field in problem.states.values():
+        assert COMM.allreduce(int(np.ptp(field.values) > 0)) > 0  # the states did change before
 
 
 def test_bending_has_its_own_modulus_and_the_membrane_keeps_its_own(table):
@@ -237,9 +241,9 @@ def test_plies_of_each_layer_stiffen_their_own_layer(table):
 @pytest.mark.parametrize("laws", [{}, {"solid": {"kind": "split"}}], ids=["fabric", "solid"])
 def test_an_inverted_element_is_named_with_its_place(table, laws):
     problem, _ = build(table | {"laws": laws, "interface": {"kind": "bonded"}})
-    assert problem.defects.find() is None
+    assert problem.admissibility.violation() is None
     assign(problem, lambda x: np.stack([0 * x[0], 0 * x[0], np.where((x[0] > 11e-3) & (x[2] > 3e-3), -5e-3, 0)]))
-    words = problem.defects.find()
+    words = problem.admissibility.violation()
     assert words.startswith("inverted elements, volume ratio J at ")
     assert re.search(r"such as -\d.* at \(1[01].*\) mm in layer 2", words)
 
@@ -247,7 +251,7 @@ def test_an_inverted_element_is_named_with_its_place(table, laws):
 def test_a_volume_fraction_of_one_is_no_state(table):
     problem, _ = build(table)
     assign(problem, lambda x: np.stack([0 * x[0], 0 * x[0], -0.7 * x[2]]))
-    assert "fibre volume fraction outside (0, 1)" in problem.defects.find()
+    assert "fibre volume fraction outside (0, 1)" in problem.admissibility.violation()
 
 
 def test_closed_and_open_pairs_push_and_pull(table):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from assembled import COMM, assign, build, bumpy, forces, gradient_error
+from assembled import COMM, assign, build, bumpy, forces, gradient_error, step_of
 from dolfinx import fem
 
 from ncf_fenicsx.mesh import compat
@@ -38,15 +38,15 @@ def strained(table, laws, tangent="plain"):
     """A problem half-way through a step, deformed, with states that differ from the undeformed ones."""
     table |= {"laws": laws, "solver": {"tangent": tangent}, "interface": {"kind": "bonded"}}
     problem, newton = build(table)
-    problem.begin(0.0, 12.0)
+    step_of(problem).begin(0.0, 12.0)
     problem.clock.time_step.value, problem.clock.inverse_time_step.value = 0.5, 2.0
     problem.contacts.tools[0].tip.value[2] = 3.6e-3  # deep enough to touch the bumps
     assign(problem, bumpy)
-    for name, field in problem.states.fields.items():
+    for name, field in problem.states.items():
         if name.endswith("volume_fraction"):
-            field.x.array[::2] *= 1.03  # half of the points have been denser before
+            field.values[::2] *= 1.03  # half of the points have been denser before
         else:
-            field.x.array[:] = 200.0
+            field.values[:] = 200.0
     return problem, newton
 
 
@@ -97,7 +97,7 @@ def test_plain_tangent_is_the_derivative_of_the_residual(table, interface):
     table["laws"] = {"in_plane": {"modulus": "1 MPa"}}  # so that round-off of the fibres hides nothing else
     table["tool"]["width"] = "7 mm"
     problem, newton = build(table)
-    problem.begin(0.0, 12.0)
+    step_of(problem).begin(0.0, 12.0)
     problem.contacts.tools[0].tip.value[2] = 3.6e-3  # deep enough to touch the bumps
     assign(problem, bumpy)
     if interface == "one_sided":
@@ -109,7 +109,7 @@ def test_plain_tangent_is_the_derivative_of_the_residual(table, interface):
 def test_extrapolated_tangent_is_the_plain_one_where_the_iterates_agree_and_only_there(table):
     table["laws"] = {"in_plane": {"modulus": "1 MPa"}}
     problem, newton = build(table)
-    problem.begin(0.0, 12.0)
+    step_of(problem).begin(0.0, 12.0)
     assign(problem, bumpy)
     problem.last_iterate.x.array[:] = problem.displacement.x.array
     assert gradient_error(problem, newton, 1e-9) < 1e-6
@@ -169,7 +169,7 @@ def test_every_parameter_changes_the_tangent(table, change):
     norms = []
     for made in (table, table | change):
         problem, newton = build(made)
-        problem.begin(0.0, 12.0)
+        step_of(problem).begin(0.0, 12.0)
         problem.contacts.tools[0].tip.value[2] = 3.6e-3
         assign(problem, bumpy)
         norms.append(newton.tangent.assemble().norm())

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from assembled import assign, build
+from assembled import assign, build, step_of
 
 from ncf_fenicsx.output.contact_measures import ContactMeasures
 
@@ -78,7 +78,7 @@ def test_an_imposed_slip_adds_up_over_steps():
         values[:, 0] -= 1e-3 * number  # together: no slip
         row = observed(problem)
         assert row["slip_max_1"] == pytest.approx(0.3e-3 * number, rel=1e-6)
-        problem.commit(1.0)
+        step_of(problem).commit()
     values[upper, :2] -= [0.24e-3 * 4, -0.18e-3 * 4]
     assert observed(problem)["slip_max_1"] == pytest.approx(0.0, abs=1e-9)
 

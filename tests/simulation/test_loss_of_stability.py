@@ -5,10 +5,11 @@ import json
 import meshio
 import numpy as np
 import pytest
-from assembled import COMM, assign, build
+from assembled import COMM, assign, build, step_of
 from program import DEMOS
 
 from ncf_fenicsx import Scene, run
+from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.output.energies import Energies
 
 MODULUS, SHEAR = 1e9, 1e5
@@ -125,15 +126,14 @@ def test_viscosity_resists_what_departs_from_the_drift_and_says_what_it_takes():
     """A layer pressed evenly from rest, v = V z / h: c V / 2 for each volume, c V^2 / 3 and second; then none."""
     problem, newton = build(PRESSED)
     energies = Energies(problem)
+    steps = TimeStep(problem, lambda _time, size, patience: newton.solve(patience, not size), [energies.state])
     coefficient, size, speed, volume = 3e7, 0.2, 1e-3 / 60, 4 * 6e-3 * 4e-3 * 2e-3
     rows = []
     for time, step in ((0.0, 0.0), (0.0, size), (size, size)):
-        problem.steady(coefficient if step else 0.0)
-        problem.begin(time, step)
-        assert newton.solve().converged
-        rows.append(energies.observe())
-        problem.commit(step)
-        problem.drift_on()
+        steps.stabilise(coefficient if step else 0.0)
+        assert steps.attempt(time, step).converged
+        rows.append(steps.accept(energies.observe))
+        steps.drift_on()
     rest, first, second = rows
     assert rest["viscous_force"] == rest["viscous_share"] == 0
     assert first["viscous_force"] == pytest.approx(coefficient * speed * volume / 2, rel=0.02)
@@ -144,10 +144,11 @@ def test_viscosity_resists_what_departs_from_the_drift_and_says_what_it_takes():
 
 def test_no_viscosity_is_built_before_it_is_needed(table):
     problem, _ = build(table)
-    problem.steady(0.0)
-    assert problem.viscosity is None
+    step = step_of(problem)
+    step.stabilise(0.0)
+    assert step.viscosity is None
     assert "viscosity" not in problem.terms
-    problem.steady(1e7)
+    step.stabilise(1e7)
     assert "viscosity" in problem.terms
 
 
@@ -169,8 +170,8 @@ def test_a_stack_that_snaps_is_carried_on_by_a_viscosity_that_hardly_shows(folde
     ends = run(Scene.from_table(CRIMPING), folder / "ends")
     assert ends.done
     record = json.loads((ends.folder / "run.json").read_text())
-    assert 0 < record["steadied_from"] < stops.history[-1]["time"]
-    before = [row for row in ends.history if row["time"] < record["steadied_from"]]
+    assert 0 < record["stabilised_from"] < stops.history[-1]["time"]
+    before = [row for row in ends.history if row["time"] < record["stabilised_from"]]
     assert all(row["viscous_force"] == 0 for row in before)
     assert 0 < ends.history[-1]["viscous_share"] < 1e-4
     assert ends.history[-1]["viscous_force"] < 0.01 * ends.history[-1]["tool_force"]

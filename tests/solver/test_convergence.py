@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from assembled import COMM, build
+from assembled import COMM, build, step_of
 
-from ncf_fenicsx.solver.convergence import RUNAWAY, Progress
+from ncf_fenicsx.solver.convergence import RUNAWAY, Convergence
 
 
 class Contact:
     """Says what a test tells it to."""
 
-    controls, keeping, catching = (), False, False
+    controls, holding, holding_layers = (), False, False
 
     def __init__(self, patterns):
         self.patterns = iter(patterns)
@@ -23,7 +23,7 @@ class System:
     """A problem with another contact."""
 
     def __init__(self, problem, patterns):
-        self.displacement, self.length, self.force_floor = problem.displacement, problem.length, 0.0
+        self.displacement, self.scales = problem.displacement, problem.scales
         self.contacts = Contact(patterns)
 
 
@@ -42,7 +42,7 @@ OPEN, HALF, CLOSED = [0, 0, 0], [0, 1, 0], [1, 1, 1]
 )
 def test_contact_that_goes_back_and_forth_is_a_cycle(table, patterns, sizes, cycling):
     problem, _ = build(table)
-    progress = Progress(System(problem, patterns), problem.scene.solver)
+    progress = Convergence(System(problem, patterns), problem.scene.solver)
     update = np.zeros(3 * problem.space.dofmap.index_map.size_local)
     for iteration, size in enumerate(sizes, 1):
         update[:] = 1e-6 * size
@@ -54,7 +54,7 @@ def test_contact_that_goes_back_and_forth_is_a_cycle(table, patterns, sizes, cyc
 def test_a_cycle_that_lasts_is_named_with_its_place(table):
     problem, _ = build(table)
     most = problem.scene.solver.max_iterations
-    progress = Progress(System(problem, [OPEN, CLOSED] * most), problem.scene.solver)
+    progress = Convergence(System(problem, [OPEN, CLOSED] * most), problem.scene.solver)
     points = problem.space.tabulate_dof_coordinates()[: problem.space.dofmap.index_map.size_local]
     update = np.full((len(points), 3), 1e-7)
     update[np.all(np.isclose(points, [6e-3, 3e-3, 4e-3]), axis=1), 2] = -1e-6
@@ -66,8 +66,8 @@ def test_a_cycle_that_lasts_is_named_with_its_place(table):
 
 def test_increments_that_grow_are_given_up_at_once(table):
     problem, _ = build(table)
-    progress = Progress(System(problem, [OPEN] * 9), problem.scene.solver)
-    update = np.full(3 * problem.space.dofmap.index_map.size_local, 0.1 * problem.length)
+    progress = Convergence(System(problem, [OPEN] * 9), problem.scene.solver)
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, 0.1 * problem.scales.length)
     progress.follow(1, 1.0, 1.0, update)
     progress.follow(2, 1.0, 1.0, 0.99 * RUNAWAY * update)
     assert not progress.given_up
@@ -79,7 +79,7 @@ def test_a_failure_names_where_forces_are_out_of_balance(table):
     """A node is pushed far out of its place; the first iteration cannot mend that and is the only one allowed."""
     problem, newton = build(table | {"solver": {"max_iterations": 1}})
     points = problem.space.tabulate_dof_coordinates()
-    problem.begin(0.0, 1.0)
+    step_of(problem).begin(0.0, 1.0)
     problem.displacement.x.array.reshape(-1, 3)[np.all(np.isclose(points, [6e-3, 3e-3, 2e-3]), axis=1), 0] = 5e-5
     outcome = newton.solve()
     assert not outcome.converged

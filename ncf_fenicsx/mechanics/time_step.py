@@ -1,0 +1,196 @@
+"""One step through time: begun, solved, judged, measured, and committed or rolled back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mechanics.stabilising_viscosity import Viscosity
+from ncf_fenicsx.mesh.state_fields import Location, StateField, commit, rollback
+from ncf_fenicsx.tools import path as motion
+
+Floats = NDArray[np.float64]
+Measured = TypeVar("Measured")
+
+FOREVER = 1e30
+"""Time in s that a stack at rest has had: all that relaxes has relaxed."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a solve ended.
+
+    Attributes:
+        converged: whether the solution holds.
+        iterations: Newton iterations.
+        reason: in words, why it ended.
+        hopeless: whether no smaller step would hold either.
+        negative_pivots: of the last factors, or a mode found without them; more than none in equilibrium is a loss of
+            stability. None with LU.
+    """
+
+    converged: bool
+    iterations: int
+    reason: str
+    hopeless: bool = False
+    negative_pivots: int | None = None
+
+    def followed_by(self, later: Outcome) -> Outcome:
+        """This solve and one after it, as one."""
+        return replace(later, iterations=self.iterations + later.iterations)
+
+
+class TimeStep:
+    """Takes a problem from one committed state to the next; a step that fails leaves no trace.
+
+    Args:
+        problem: what is solved.
+        solve: solves for the trial state, which the displacement then holds, of the step from a time by a size (s),
+            0 at rest, with a factor on the iterations after which to give up.
+        more: what is to be remembered beside the problem's own state.
+        predicts: whether the last step predicts displacement and contact of the next one: so where equilibrium is
+            sought, not in a march with inertia.
+
+    Attributes:
+        state: all that is committed, rolled back and kept in checkpoints.
+        time: at the end of the present step in s.
+        size: of the present step in s, 0 at rest.
+        viscosity: what stabilises the stack; None before there was any.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        solve: Callable[[float, float, int], Outcome],
+        more: Sequence[StateField] = (),
+        predicts: bool = True,
+    ) -> None:
+        self.problem, self._solve, self._predicts = problem, solve, predicts
+        self.viscosity: Viscosity | None = None
+        nothing = np.zeros_like(problem.start.x.array)
+        self._velocity = StateField("velocity", Location.NODES, nothing.copy(), self._new_velocity)
+        self._drift = StateField("drift", Location.NODES, nothing.copy())
+        self._push = StateField("push", Location.NODES, nothing.copy())
+        self.state = [*problem.state, self._velocity, *more]
+        self.state += [self._drift] if problem.scene.solver.may_stabilise else []
+        self.state += [self._push] if problem.scene.solver.perturbation is not None else []
+        self.time = self.size = 0.0
+        self._segments = self._segments_at(0.0)
+        set_clock(problem, 0.0, 0.0)
+
+    def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
+        """Try the step from a time by a size (s), with a factor on the iterations after which to give up."""
+        self.begin(time, size)
+        outcome = self._solve(time, size, patience)
+        defect = self.problem.admissibility.violation() if outcome.converged else None
+        if defect is not None:
+            outcome = replace(outcome, converged=False, reason=defect)
+        if not outcome.converged:
+            self.rollback(time)
+            if self.problem.scene.solver.perturbation is not None:
+                self.push(-0.5 * self._push.committed)
+        return outcome
+
+    def accept(self, measure: Callable[[], Measured]) -> Measured:
+        """Measure the trial state, then commit it; what was measured."""
+        measured = measure()
+        self.commit()
+        return measured
+
+    def begin(self, time: float, size: float) -> None:
+        """Put the tools where they are after a step from ``time`` by ``size`` (s), and predict the displacement."""
+        self.time, self.size = time + size, size
+        if not self._predicts:
+            place(self.problem, time, size)
+            return
+        problem, start = self.problem, self.problem.start.x.array
+        same_way = self._segments_at(self.time) == self._segments
+        if problem.last_iterate is not None:
+            problem.last_iterate.x.array[:] = start
+        problem.displacement.x.array[:] = start + (size * self._velocity.committed if same_way else 0.0)
+        set_clock(problem, self.time, size)
+        problem.contacts.begin(time, size)
+        problem.contacts.refresh()
+        self._drift.values *= same_way
+        if self.viscosity is not None:
+            self.viscosity.expect(start + size * self._drift.values)
+
+    def commit(self) -> None:
+        """Accept the trial state."""
+        commit(self.state)
+        self._rest(self.time)
+
+    def rollback(self, time: float) -> None:
+        """Return to the committed state at ``time`` (s), bit for bit."""
+        rollback(self.state)
+        self.time, self.size = time, 0.0
+        self.problem.contacts.rollback(time)
+        set_clock(self.problem, time, 0.0)
+
+    def resume(self, time: float) -> None:
+        """Go on from a committed state that has been read back, at a time (s)."""
+        self.rollback(time)
+        self._rest(time)
+
+    def _rest(self, time: float) -> None:
+        """Tools at rest at a time (s), layers paired anew."""
+        set_clock(self.problem, time, 0.0)
+        self.problem.contacts.rest(time)
+        self._segments = self._segments_at(time)
+
+    def push(self, change: Floats) -> None:
+        """Push the committed stack by so much (m, this rank's local dofs); halved as often as the next step fails."""
+        problem = self.problem
+        problem.start.x.array[:] += change
+        problem.displacement.x.array[:] = problem.start.x.array
+        problem.contacts.refresh()
+        self._push.commit(self._push.values + change)
+
+    def forget_push(self) -> None:
+        """Let the push be: a step has held with it."""
+        self._push.commit(np.zeros_like(self._push.values))
+
+    def stabilise(self, coefficient: float) -> None:
+        """Let a viscosity (Pa s/m2) act against motion that departs from the drift; its term comes with the first."""
+        problem = self.problem
+        if coefficient and self.viscosity is None:
+            inverse = problem.clock.inverse_time_step
+            self.viscosity = Viscosity(problem.displacement, problem.symbols(0.0), inverse)
+            problem.add_term("viscosity", self.viscosity.work(problem.variation) * problem.volumes.all)
+        if self.viscosity is not None:
+            self.viscosity.coefficient.value = coefficient
+
+    def drift_on(self) -> None:
+        """Have a viscosity not resist a motion such as that of the last step."""
+        self._drift.commit(self._velocity.committed)
+
+    def _new_velocity(self) -> Floats:
+        """Mean velocity in m/s over the step, which predicts the next one."""
+        moved = self.problem.displacement.x.array - self.problem.start.x.array
+        return moved / self.size if self.size else np.zeros_like(moved)
+
+    def _segments_at(self, time: float) -> list[int]:
+        """Number of each tool's segment that ends at or after a time (s)."""
+        return [motion.segment_number(tool.path, time) for tool in self.problem.scene.tool]
+
+
+def place(problem: Problem, time: float, size: float) -> None:
+    """Put the tools where they are after a step from ``time`` by ``size`` (s); the trial displacement stays."""
+    set_clock(problem, time + size, size)
+    problem.contacts.place(time, size)
+
+
+def set_clock(problem: Problem, time: float, size: float) -> None:
+    """Tell the laws the size of the step (s) that ends at a time (s), 0 at rest, and how fast the tools close in."""
+    paths = [tool.path for tool in problem.scene.tool]
+    problem.clock.time_step.value = size or FOREVER
+    problem.clock.inverse_time_step.value = 1 / size if size else 0.0
+    speeds = [motion.closing_speed(path, time) for path in paths] if size else []
+    problem.clock.process_speed.value = max(speeds, key=abs, default=0.0)
+    travels = [path[motion.segment_number(path, time)].travel for path in paths]
+    problem.scales.sliding = any(travel is not None and any(travel[:2]) for travel in travels)
