@@ -1,4 +1,4 @@
-"""Tables of a scene, and its parts chosen by name: every law and every tool is a `Part` in a file of its own.
+"""Tables of a scene, and its parts chosen by name: every law and every tool is a `Kind` in a file of its own.
 
 A part registers itself under its family and name when its class is defined, so a new law or tool is one new file (or
 one class in a script or a test), and nothing else has to know of it.
@@ -21,8 +21,9 @@ def parameter(default: Any, description: str, **bounds: Any) -> Any:
 
 
 class Settings(BaseModel):
-    """Frozen table of a scene: unknown keys are errors."""
+    """Frozen table of a scene: unknown keys are errors; `renamed` has former names with those of now."""
 
+    renamed: ClassVar[dict[str, str]] = {}
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @model_validator(mode="before")
@@ -30,24 +31,23 @@ class Settings(BaseModel):
     def _no_unknown_key(cls, data: Any) -> Any:
         unknown = [key for key in data if key not in cls.model_fields] if isinstance(data, dict) else []
         if unknown:
-            advice = nearest(unknown[0], list(cls.model_fields))
-            raise PydanticCustomError(
-                "unknown_key", "unknown key; {advice}", {"key": unknown[0], "value": data[unknown[0]], "advice": advice}
-            )
+            key, now = unknown[0], cls.renamed.get(unknown[0])
+            advice = f"renamed; expected {now!r}" if now else "unknown key; " + nearest(key, list(cls.model_fields))
+            raise PydanticCustomError("unknown_key", "{advice}", {"key": key, "value": data[key], "advice": advice})
         return data
 
 
-class Symbols(Protocol):
+class Constants(Protocol):
     """Makes what stands for numbers in the compiled forms."""
 
     def __call__(self, value: float) -> Any:
-        """Symbol of a number."""
+        """Constant for a number."""
 
     def by_layer(self, values: Sequence[float]) -> Any:
-        """Symbol of a number for each layer, from the bottom up."""
+        """Constant for a number for each layer, from the bottom up."""
 
 
-class Part(Settings):
+class Kind(Settings):
     """A law or a tool, with its parameters as fields."""
 
     family: ClassVar[str]
@@ -56,24 +56,24 @@ class Part(Settings):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         if "kind" in cls.__dict__:
-            _parts.setdefault(cls.family, {})[cls.kind] = cls
+            _kinds.setdefault(cls.family, {})[cls.kind] = cls
 
-    def with_symbols(self, symbols: Symbols) -> Self:
-        """Copy whose numbers are what ``symbols(value)`` makes of them.
+    def with_constants(self, constants: Constants) -> Self:
+        """Copy whose numbers are what ``constants(value)`` makes of them.
 
         The compiled forms then hold the parameters as named constants: a new value needs no new compilation.
         """
-        return self.model_copy(update={name: _symbols(value, symbols) for name, value in self})
+        return self.model_copy(update={name: _constants(value, constants) for name, value in self})
 
 
-def _symbols(value: Any, symbols: Symbols) -> Any:
-    """Symbol of each number in a value: a float, or tables and lists of floats."""
+def _constants(value: Any, constants: Constants) -> Any:
+    """Constant for each number in a value: a float, or tables and lists of floats."""
     if isinstance(value, float):
-        return symbols(value)
+        return constants(value)
     if isinstance(value, tuple):
-        return tuple(_symbols(item, symbols) for item in value)
+        return tuple(_constants(item, constants) for item in value)
     if isinstance(value, Settings):
-        return value.model_copy(update={name: _symbols(item, symbols) for name, item in value})
+        return value.model_copy(update={name: _constants(item, constants) for name, item in value})
     return value
 
 
@@ -82,17 +82,17 @@ def impossible(key: str, value: Any, expected: str) -> PydanticCustomError:
     return PydanticCustomError("impossible", "{expected}", {"key": key, "value": value, "expected": expected})
 
 
-_parts: dict[str, dict[str, type[Part]]] = {}
+_kinds: dict[str, dict[str, type[Kind]]] = {}
 
 
 def families() -> list[str]:
     """Names of all families of parts."""
-    return sorted(_parts)
+    return sorted(_kinds)
 
 
-def kinds(family: str) -> dict[str, type[Part]]:
+def kinds(family: str) -> dict[str, type[Kind]]:
     """All parts of a family, by name."""
-    return dict(_parts.get(family, {}))
+    return dict(_kinds.get(family, {}))
 
 
 def nearest(word: str, words: list[str]) -> str:
@@ -110,13 +110,13 @@ class Choice:
     family: str
     default: str
 
-    def read(self, value: object) -> Part:
+    def read(self, value: object) -> Kind:
         """The part that a table names.
 
         Raises:
             ValueError: not a table, or no such kind.
         """
-        if isinstance(value, Part) and value.family == self.family:
+        if isinstance(value, Kind) and value.family == self.family:
             return value
         if not isinstance(value, dict):
             raise ValueError(f'expected a table with kind = "{self.default}" or another kind of {self.family}')
@@ -131,7 +131,7 @@ class Choice:
         return known[kind].model_validate({key: item for key, item in value.items() if key != "kind"})
 
     @staticmethod
-    def write(part: Part) -> dict[str, Any]:
+    def write(part: Kind) -> dict[str, Any]:
         """Table that `read` turns back into the same part."""
         return {"kind": part.kind, **part.model_dump(exclude_none=False)}
 
@@ -150,11 +150,11 @@ class Choice:
 class Choices(Choice):
     """Pydantic annotation of parts in a tuple: one table, or a list of them."""
 
-    def read_all(self, value: object, read_list: Callable[[object], Any]) -> tuple[Part, ...]:
+    def read_all(self, value: object, read_list: Callable[[object], Any]) -> tuple[Kind, ...]:
         """The parts that a table or a list of tables name."""
         return read_list(value) if isinstance(value, list | tuple) else (self.read(value),)
 
-    def write_all(self, parts: tuple[Part, ...]) -> dict[str, Any] | list[dict[str, Any]] | None:
+    def write_all(self, parts: tuple[Kind, ...]) -> dict[str, Any] | list[dict[str, Any]] | None:
         """What `read_all` turns back into the same parts; None for none."""
         tables = [self.write(part) for part in parts]
         return tables[0] if len(tables) == 1 else tables or None

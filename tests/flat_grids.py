@@ -6,7 +6,7 @@ LENGTH, WIDTH = 0.1, 0.05
 
 
 def grid(x, y):
-    """Places and quads of a grid, with each node's share of the area."""
+    """Positions and quads of a grid, with each node's share of the area."""
     X, Y = np.meshgrid(x, y)
     node = np.arange(X.size).reshape(X.shape)
     quads = np.stack([node[:-1, :-1], node[:-1, 1:], node[1:, :-1], node[1:, 1:]], axis=-1).reshape(-1, 4)

@@ -1,4 +1,4 @@
-"""Numbers from the symbols of laws, without a mesh."""
+"""Numbers from the constants of laws, without a mesh."""
 
 from itertools import pairwise
 

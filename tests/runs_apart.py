@@ -9,7 +9,7 @@ from program import DEMOS, ENVIRONMENT
 
 COST = {"wall_time"}
 ROUND_OFF = 1e-15
-"""Of places in m."""
+"""Of positions in m."""
 
 
 def compare(history, expected, tolerance=1e-10):

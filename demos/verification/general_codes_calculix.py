@@ -38,12 +38,12 @@ def deck(block: dict) -> str:
     """Input of CalculiX, in mm and MPa."""
     (nx, ny, nz), (length, depth, height) = block["divisions"], block["size"]
     cells, nodes = lattice((nx, ny, nz), 1)
-    places = [(n, length * i / nx, depth * j / ny, height * k / nz) for (i, j, k), n in nodes.items()]
+    positions = [(n, length * i / nx, depth * j / ny, height * k / nz) for (i, j, k), n in nodes.items()]
     tool, tool_nodes = lattice((FACETS, 1, 1), len(nodes) + 1)
     radius, offset = block["radius"], 5.0
     for (i, j, k), n in tool_nodes.items():
         angle, r = radians(ARC * i / FACETS - offset), radius - 0.2 * radius * k
-        places.append((n, r * sin(angle), -0.1 * depth + 1.2 * depth * j, height + radius - r * cos(angle)))
+        positions.append((n, r * sin(angle), -0.1 * depth + 1.2 * depth * j, height + radius - r * cos(angle)))
     top = [[n] for (_, _, k), n in nodes.items() if k == nz]
     sides = {"XSYM": 0, "YSYM": 1, "BOTTOM": 2}
     sets = "\n".join(
@@ -51,7 +51,7 @@ def deck(block: dict) -> str:
         for name, axis in sides.items()
     )
     return f"""*NODE, NSET=ALL
-{lines(places)}
+{lines(positions)}
 *ELEMENT, TYPE=C3D8, ELSET=BLOCK
 {lines([[e, *cell] for e, cell in enumerate(cells, 1)])}
 *ELEMENT, TYPE=C3D8, ELSET=CYLINDER

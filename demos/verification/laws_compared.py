@@ -10,5 +10,5 @@ class Worst:
         self.of: dict[str, float] = {}
 
     def note(self, name: str, computed: np.ndarray, exact: np.ndarray) -> None:
-        """Compare two curves at the same places."""
+        """Compare two curves at the same positions."""
         self.of[name] = float(np.abs(computed - exact).max() / np.abs(exact).max())

@@ -10,7 +10,7 @@ import ufl
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contact.deformed_body import Body
+from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.force_control import ForceControl
 from ncf_fenicsx.contact.held_contact import HeldLayers
 from ncf_fenicsx.contact.layer_contact import LayerContact
@@ -49,7 +49,7 @@ class Contacts:
         pairings: how often layers were paired.
     """
 
-    def __init__(self, scene: Scene, stack: StackMesh, body: Body, area_vector: Expression) -> None:
+    def __init__(self, scene: Scene, stack: StackMesh, body: DeformedBody, area_vector: Expression) -> None:
         self.body, tags, spaces = body, stack.facet_tags, body.spaces
         top = Face(spaces, tags, (TAGS["top"],)) if scene.tool else None
         self.tools = [
@@ -97,14 +97,14 @@ class Contacts:
         fields = [field for contact in self.all for field in contact.state]
         return fields + [control.state for control in self.controls]
 
-    def place(self, time: float, size: float) -> None:
+    def move_tools(self, time: float, size: float) -> None:
         """Put the tools where they are after a step from ``time`` by ``size`` (s)."""
         for surface in self.rigid:
-            surface.place(time, size)
+            surface.move(time, size)
 
     def begin(self, time: float, size: float) -> None:
         """The same, with the forces of the step, and contact kept where it was for its first linear solves."""
-        self.place(time, size)
+        self.move_tools(time, size)
         for control in self.controls:
             control.begin(time, size)
             control.touch()

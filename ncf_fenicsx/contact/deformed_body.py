@@ -7,21 +7,21 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.kinds import Symbols
+from ncf_fenicsx.kinds import Constants
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh.faces import NodalSpaces
 
 
 @dataclass(frozen=True)
-class Body:
-    """Fields and symbols that forms of contact are written with.
+class DeformedBody:
+    """Fields and constants that forms of contact are written with.
 
     Attributes:
         spaces: nodal spaces of the mesh.
         displacement: trial displacement in m.
         start: displacement in m at the start of the step.
         variation: test function.
-        symbols: makes constants.
+        constants: makes constants.
         own_pressure: pressure in Pa, per reference area, that the layer's stress has on its faces, evaluated at nodes;
             None unless a contact asks for it.
         natural_stiffness: compaction tangent over thickness in Pa/m, that factors of stiffness refer to.
@@ -32,17 +32,17 @@ class Body:
     displacement: Any
     start: Any
     variation: Any
-    symbols: Symbols
+    constants: Constants
     own_pressure: Expression | None
     natural_stiffness: float
     thickness: float
 
     @property
-    def place(self) -> Expression:
-        """Current places in m."""
+    def position(self) -> Expression:
+        """Current positions in m."""
         return ufl.SpatialCoordinate(self.spaces.mesh) + self.displacement
 
     @property
-    def motion(self) -> Expression:
+    def step_displacement(self) -> Expression:
         """Displacement in m since the start of the step."""
         return self.displacement - self.start

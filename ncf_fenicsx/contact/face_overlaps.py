@@ -29,11 +29,11 @@ class PlanElements:
     """Some elements of a face.
 
     Attributes:
-        places: nodes of the face in plan in m, shape (nodes, 2).
+        positions: nodes of the face in plan in m, shape (nodes, 2).
         nodes: of each element, x fastest, shape (elements, 4 or 9).
     """
 
-    places: Floats
+    positions: Floats
     nodes: Integers
 
     @property
@@ -49,7 +49,7 @@ class PlanElements:
     @cached_property
     def quads(self) -> Floats:
         """Corners of the quadrilaterals in m, those of an element together, shape (quadrilaterals, 4, 2)."""
-        corners: Floats = self.places[sub_quads(self.nodes)]
+        corners: Floats = self.positions[sub_quads(self.nodes)]
         return corners
 
     @cached_property
@@ -70,11 +70,11 @@ class PlanElements:
 
     def some(self, which: NDArray[np.bool_] | Integers | slice) -> PlanElements:
         """Some of the elements."""
-        return PlanElements(self.places, self.nodes[which])
+        return PlanElements(self.positions, self.nodes[which])
 
     def in_pieces(self) -> PlanElements:
         """Their quadrilaterals as elements of four nodes."""
-        return PlanElements(self.places, sub_quads(self.nodes))
+        return PlanElements(self.positions, sub_quads(self.nodes))
 
     def shapes(self, points: Floats, quad: Integers) -> Floats:
         """Shape functions at points (n, p, 2) in each of some quadrilaterals (n,), shape (n, p, nodes)."""

@@ -1,6 +1,7 @@
 """Layers on layers: contact, stitching and friction of a lower face with what lies on it, pairs following the slip.
 
-To its lower face, each interface is contact with a surface given node by node: the weighted place y of what it faces.
+To its lower face, each interface is contact with a surface given node by node: the weighted position y of what faces
+it.
 The virtual work is stated once, for changes of the lower face and of y; what acts on y goes to the nodes of the upper
 face by the same weights, so that forces balance whatever the two meshes.
 """
@@ -15,7 +16,7 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
-from ncf_fenicsx.contact.deformed_body import Body
+from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.held_contact import HeldLayers
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.tangent_blocks import Blocks, nodal_blocks, stress_blocks
@@ -52,7 +53,7 @@ class LayerContact:
     """
 
     def __init__(
-        self, name: str, settings: OneSided, face: Face, pairing: Pairing, body: Body, area_vector: Expression
+        self, name: str, settings: OneSided, face: Face, pairing: Pairing, body: DeformedBody, area_vector: Expression
     ) -> None:
         self.name, self.settings, self.face, self.pairing, self.body = name, settings, face, pairing, body
         spaces, self.enforcement = body.spaces, settings.contact
@@ -66,11 +67,11 @@ class LayerContact:
         self._undeformed = spaces.scalars.tabulate_dof_coordinates()
         self._numbers = spaces.numbers
         self._area_form = face.density(area_vector)
-        self.gap = ufl.dot(self._normal, self._facing - body.place)
+        self.gap = ufl.dot(self._normal, self._facing - body.position)
         kept = None if settings.opening_stiffness else spaces.scalar()
         multiplier = spaces.scalar() if settings.contact.keeps_multiplier else None
         own = body.own_pressure if settings.contact.uses_own_pressure else None
-        stiffness = body.symbols(settings.penalty.resolve(body.natural_stiffness))
+        stiffness = body.constants(settings.penalty.resolve(body.natural_stiffness))
         self.touch = Touch(self.gap, stiffness, multiplier, own, kept)
         self.pressure = settings.contact.pressure(self.touch)
         self.pressure_form = face.density(self._coverage * self.pressure)
@@ -105,10 +106,10 @@ class LayerContact:
 
     def _work(self, change: Expression, own_change: Expression) -> Expression:
         """Virtual work (J/m2) for a change of y - x, and of the layer's own pressure."""
-        symbols, n = self.body.symbols, self._normal
+        constants, n = self.body.constants, self._normal
         work = self.settings.contact.work(self.touch, ufl.dot(n, change), own_change)
         if self.settings.opening_stiffness:
-            opening = symbols(self.settings.opening_stiffness) * ufl.max_value(self.gap, 0)
+            opening = constants(self.settings.opening_stiffness) * ufl.max_value(self.gap, 0)
             work += opening * ufl.dot(n, change)
         if self._tangential is not None:
             work += ufl.dot(self._tangential, change)
@@ -116,23 +117,23 @@ class LayerContact:
 
     def _tangential_traction(self) -> Expression | None:
         """Traction in Pa that resists slip: friction and stitches; None without either."""
-        settings, symbols = self.settings, self.body.symbols
-        moved = tangential(self._facing - self._facing_start - self.body.motion, self._normal)
+        settings, constants = self.settings, self.body.constants
+        moved = tangential(self._facing - self._facing_start - self.body.step_displacement, self._normal)
         traction = None
         if settings.friction is not None:
-            stiffness = symbols(settings.friction.stiffness.resolve(self.body.natural_stiffness))
+            stiffness = constants(settings.friction.stiffness.resolve(self.body.natural_stiffness))
             stuck = tangential(self.traction, self._normal) + stiffness * moved
-            traction = friction_traction(stuck, self.pressure, symbols(settings.friction.coefficient))
+            traction = friction_traction(stuck, self.pressure, constants(settings.friction.coefficient))
             density = self.face.density(traction)
             self.state.append(field_on_face(f"{self.name}.traction", self.traction, self.face, density))
         if self._slip_field is not None:
-            stitches = symbols(settings.slip_stiffness) * (tangential(self._slip_field, self._normal) + moved)
+            stitches = constants(settings.slip_stiffness) * (tangential(self._slip_field, self._normal) + moved)
             traction = stitches if traction is None else traction + stitches
         return traction
 
     def refresh(self) -> None:
         """Take what the lower faces face at the present displacement."""
-        self._at_nodes(self._facing, self.pairing.facing(self._places()))
+        self._at_nodes(self._facing, self.pairing.facing(self._positions()))
         if self.held is not None:
             self.held.watch()
 
@@ -169,14 +170,14 @@ class LayerContact:
 
     def update(self) -> None:
         """Pair anew in the present configuration, with its normals."""
-        places = self._places()
-        self.pairing.update(places)
-        self._uncovered = np.ones(len(places), dtype=bool)
+        positions = self._positions()
+        self.pairing.update(positions)
+        self._uncovered = np.ones(len(positions), dtype=bool)
         self._uncovered[self.pairing.nodes[self.pairing.coverage > 0]] = False
         self._coverage.x.array[self.pairing.nodes] = self.pairing.coverage
         vectors = self.face.assembled(self._area_form)[self.pairing.nodes]
         self._at_nodes(self._normal, vectors / np.linalg.norm(vectors, axis=1)[:, None])
-        self._at_nodes(self._facing, self.pairing.facing(places))
+        self._at_nodes(self._facing, self.pairing.facing(positions))
         if self.held is not None:
             self.held.note()
         self._facing_start.x.array[:] = self._facing.x.array
@@ -185,7 +186,7 @@ class LayerContact:
 
     def gaps(self) -> Floats:
         """Opening in m at this rank's local nodes, negative in penetration; 0 off the face and where nothing faces."""
-        away = (self._facing.x.array.reshape(-1, 3) - self._places()) * self._normal.x.array.reshape(-1, 3)
+        away = (self._facing.x.array.reshape(-1, 3) - self._positions()) * self._normal.x.array.reshape(-1, 3)
         return np.where(self._uncovered, 0.0, away.sum(axis=1))
 
     def deepest(self) -> float:
@@ -193,9 +194,9 @@ class LayerContact:
         deepest = -self.gaps()[self.face.owned()].min(initial=0.0)
         return float(max(self.body.spaces.mesh.comm.allgather(deepest)))
 
-    def _places(self) -> Floats:
-        places: Floats = self._undeformed + self.body.displacement.x.array.reshape(-1, 3)
-        return places
+    def _positions(self) -> Floats:
+        positions: Floats = self._undeformed + self.body.displacement.x.array.reshape(-1, 3)
+        return positions
 
     def _at_nodes(self, field: Any, values: Floats) -> None:
         field.x.array.reshape(-1, 3)[self.pairing.nodes] = values

@@ -46,23 +46,23 @@ class Weights:
 
 
 def dual_weights(
-    slave_places: Floats,
+    slave_positions: Floats,
     slave_elements: Integers,
-    master_places: Floats,
+    master_positions: Floats,
     master_elements: Integers,
     tolerance: float = 1e-6,
 ) -> Weights:
     """Weights of the master nodes for each slave node, and its coverage.
 
     Args:
-        slave_places: nodes in plan in m, shape (slave nodes, 2).
+        slave_positions: nodes in plan in m, shape (slave nodes, 2).
         slave_elements: nodes of each element, shape (slave elements, 4 or 9).
-        master_places: nodes in plan in m, shape (master nodes, 2).
+        master_positions: nodes in plan in m, shape (master nodes, 2).
         master_elements: nodes of each element, shape (master elements, 4 or 9).
         tolerance: slip, relative to the shortest edge between nodes of a slave element, up to which its nodes and those
-            of a master element count as the same places.
+            of a master element count as the same positions.
     """
-    return normalised(*integrals(slave_places, slave_elements, master_places, master_elements, tolerance))
+    return normalised(*integrals(slave_positions, slave_elements, master_positions, master_elements, tolerance))
 
 
 def normalised(coupling: csr_matrix, covered: Floats, whole: Floats) -> Weights:
@@ -76,9 +76,9 @@ def normalised(coupling: csr_matrix, covered: Floats, whole: Floats) -> Weights:
 
 
 def integrals(
-    slave_places: Floats,
+    slave_positions: Floats,
     slave_elements: Integers,
-    master_places: Floats,
+    master_positions: Floats,
     master_elements: Integers,
     tolerance: float = 1e-6,
 ) -> tuple[csr_matrix, Floats, Floats]:
@@ -88,10 +88,10 @@ def integrals(
         int psi_i N_j, shape (slave nodes, master nodes), int phi_i where covered, and int phi_i, shape (slave nodes,);
         all in m2. Row sums of the first are the second.
     """
-    slave, master = PlanElements(slave_places, slave_elements), PlanElements(master_places, master_elements)
+    slave, master = PlanElements(slave_positions, slave_elements), PlanElements(master_positions, master_elements)
     partner, same = _partners(slave, master, tolerance)
     matched = slave.some(same)
-    sums = _Sums(len(slave_places), len(master_places))
+    sums = _Sums(len(slave_positions), len(master_positions))
     sums.add(matched, matched.shares, matched.shares, (matched.nodes, partner[same], matched.shares))
     rest = slave.some(~same)
     tree = shapely.STRtree(master.polygons if len(rest.nodes) else [])
@@ -122,17 +122,17 @@ class _Sums:
 
 def _partners(slave: PlanElements, master: PlanElements, tolerance: float) -> tuple[Integers, NDArray[np.bool_]]:
     """Nearest master node of each slave node, shape (elements, nodes), and whether these make one master element."""
-    nearest, none = np.zeros(len(slave.places), dtype=np.int64), np.zeros(len(slave.nodes), dtype=bool)
+    nearest, none = np.zeros(len(slave.positions), dtype=np.int64), np.zeros(len(slave.nodes), dtype=bool)
     if not len(slave.nodes) or not len(master.nodes) or slave.order != master.order:
         return nearest[slave.nodes], none
     slave_nodes, master_nodes = np.unique(slave.nodes), np.unique(master.nodes)
-    distance = np.full(len(slave.places), np.inf)
-    distance[slave_nodes], index = cKDTree(master.places[master_nodes]).query(slave.places[slave_nodes])
+    distance = np.full(len(slave.positions), np.inf)
+    distance[slave_nodes], index = cKDTree(master.positions[master_nodes]).query(slave.positions[slave_nodes])
     nearest[slave_nodes] = master_nodes[index]
     ring = slave.quads[:, RING]
     edge = np.linalg.norm(ring - np.roll(ring, 1, axis=1), axis=2).reshape(len(none), 4 * slave.pieces).min(axis=1)
     near = distance[slave.nodes].max(axis=1) <= tolerance * edge
-    own, others = (_incidence(nodes, len(master.places)) for nodes in (nearest[slave.nodes], master.nodes))
+    own, others = (_incidence(nodes, len(master.positions)) for nodes in (nearest[slave.nodes], master.nodes))
     shared = (own @ others.T).max(axis=1).toarray().ravel()
     return nearest[slave.nodes], near & (shared == slave.nodes.shape[1])
 

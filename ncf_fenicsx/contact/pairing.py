@@ -65,37 +65,37 @@ class Pairing:
             for k in layers
         ]
         self.nodes = np.concatenate([face.lower.local for face in self.interfaces])
-        self.numbers = np.concatenate([face.lower.numbers[face.lower.place_of_local] for face in self.interfaces])
+        self.numbers = np.concatenate([face.lower.numbers[face.lower.index_of_local] for face in self.interfaces])
         self.masters = np.concatenate([face.upper.numbers for face in self.interfaces])
         self.rows = csr_matrix((len(self.nodes), len(self.masters)))
         self.coverage: Floats = np.zeros(len(self.nodes))
 
-    def update(self, places: Floats) -> None:
+    def update(self, positions: Floats) -> None:
         """Pair anew where the faces now are.
 
         Args:
-            places: current places of this rank's local nodes in m, shape (nodes, 3).
+            positions: current positions of this rank's local nodes in m, shape (nodes, 3).
         """
-        weights = [self._weights(face, places) for face in self.interfaces]
+        weights = [self._weights(face, positions) for face in self.interfaces]
         self.rows = csr_matrix(block_diag([weight.rows for weight in weights]))
         self.coverage = np.concatenate([weight.coverage for weight in weights])
 
-    def _weights(self, face: Interface, places: Floats) -> mortar.Weights:
-        lower, upper = (side.gather(places)[:, :2] for side in (face.lower, face.upper))
+    def _weights(self, face: Interface, positions: Floats) -> mortar.Weights:
+        lower, upper = (side.gather(positions)[:, :2] for side in (face.lower, face.upper))
         mine = face.lower.elements[self.comm.rank :: self.comm.size]
         parts = self.comm.allgather(mortar.integrals(lower, mine, upper, face.upper.elements, SNAP))
         coupling, covered, whole = (sum(part[1:], start=part[0]) for part in zip(*parts, strict=True))
         weights = _with_nearest(mortar.normalised(coupling, covered, whole), lower, upper)
-        here = face.lower.place_of_local
+        here = face.lower.index_of_local
         return mortar.Weights(csr_matrix(weights.rows[here]), weights.coverage[here])
 
-    def facing(self, places: Floats) -> Floats:
-        """Weighted places of what each of ``nodes`` faces in m, shape (nodes, 3).
+    def facing(self, positions: Floats) -> Floats:
+        """Weighted positions of what each of ``nodes`` faces in m, shape (nodes, 3).
 
         Args:
-            places: of this rank's local nodes in m, shape (nodes, 3).
+            positions: of this rank's local nodes in m, shape (nodes, 3).
         """
-        masters = np.concatenate([face.upper.gather(places) for face in self.interfaces])
+        masters = np.concatenate([face.upper.gather(positions) for face in self.interfaces])
         facing: Floats = self.rows @ masters
         return facing
 
@@ -113,8 +113,8 @@ def _with_nearest(weights: mortar.Weights, lower: Floats, upper: Floats) -> mort
 
     Args:
         weights: of the upper nodes for each lower one.
-        lower: places in plan in m, shape (lower nodes, 2).
-        upper: places in plan in m, shape (upper nodes, 2).
+        lower: positions in plan in m, shape (lower nodes, 2).
+        upper: positions in plan in m, shape (upper nodes, 2).
     """
     open_ = np.flatnonzero(weights.coverage == 0)
     if not len(open_):

@@ -10,7 +10,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ncf_fenicsx.contact.deformed_body import Body
+from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.held_contact import HeldTool
 from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
 from ncf_fenicsx.laws.kinematics import Expression
@@ -40,7 +40,7 @@ class RigidContact:
 
     Attributes:
         term: virtual work of the contact (J), to be added to the residual.
-        tip: constant with the place of the surface's tip in m.
+        tip: constant with the position of the tip of the surface in m.
         pressure_form: compiled density of the contact pressure over the undeformed face in Pa.
         held: where contact is kept for the first linear solves of a step.
         multiplier: field of state at the nodes; None unless the enforcement keeps one.
@@ -48,14 +48,14 @@ class RigidContact:
         state: all that the contact remembers.
     """
 
-    def __init__(self, name: str, surface: RigidSurface, face: Face, body: Body, level: float) -> None:
+    def __init__(self, name: str, surface: RigidSurface, face: Face, body: DeformedBody, level: float) -> None:
         self.name, self.surface, self.face, self.body, self.level = name, surface, face, body, level
         self.enforcement, spaces = surface.contact, body.spaces
         self.tip, self._probe, self._advance, self._turn = (fem.Constant(spaces.mesh, np.zeros(3)) for _ in range(4))
-        bound = surface.with_symbols(body.symbols)
-        point = ufl.variable(body.place - self.tip)
+        bound = surface.with_constants(body.constants)
+        point = ufl.variable(body.position - self.tip)
         self.gap = bound.signed_distance(point)
-        self._gap_form = face.density(bound.signed_distance(body.place - self._probe))
+        self._gap_form = face.density(bound.signed_distance(body.position - self._probe))
         multiplier = spaces.scalar() if surface.contact.keeps_multiplier else None
         self.touch, kept = self._touch(multiplier)
         self.pressure = surface.contact.pressure(self.touch)
@@ -81,7 +81,7 @@ class RigidContact:
         """What is known of the contact, and the field that says where it is kept."""
         surface, body = self.surface, self.body
         own = body.own_pressure if surface.contact.uses_own_pressure else None
-        stiffness = body.symbols(surface.penalty.resolve(body.natural_stiffness))
+        stiffness = body.constants(surface.penalty.resolve(body.natural_stiffness))
         kept = body.spaces.scalar()
         return Touch(self.gap, stiffness, multiplier, own, kept, rests=isinstance(surface, Mould)), kept
 
@@ -98,16 +98,16 @@ class RigidContact:
 
     def _friction(self, point: Expression) -> Expression:
         """Traction in Pa that drags the fabric along with the surface, across the normal at the start of the step."""
-        surface, symbols = self.surface, self.body.symbols
+        surface, constants = self.surface, self.body.constants
         assert surface.friction is not None
         axle = surface.axle if isinstance(surface, Tool) else None
-        arm = point - ufl.as_vector([0, 0, symbols(axle or 0.0)])
-        slip = self._advance + ufl.cross(self._turn, arm) - self.body.motion
-        stiffness = symbols(surface.friction.stiffness.resolve(self.body.natural_stiffness))
+        arm = point - ufl.as_vector([0, 0, constants(axle or 0.0)])
+        slip = self._advance + ufl.cross(self._turn, arm) - self.body.step_displacement
+        stiffness = constants(surface.friction.stiffness.resolve(self.body.natural_stiffness))
         stuck = tangential(self.traction + stiffness * slip, self._normal)
-        return friction_traction(stuck, self.pressure, symbols(surface.friction.coefficient))
+        return friction_traction(stuck, self.pressure, constants(surface.friction.coefficient))
 
-    def place(self, time: float, size: float) -> None:
+    def move(self, time: float, size: float) -> None:
         """Put the surface where it is after a step from ``time`` by ``size`` (s)."""
         self._set_time(time, time + size)
         if self._normal is not None:
@@ -189,7 +189,7 @@ class RigidContact:
         return self._gaps_from(self.tip.value)
 
     def _gaps_from(self, tip: Floats) -> Floats:
-        """The same of a surface with its tip at some place (m)."""
+        """The same of a surface with its tip at some position (m)."""
         self._probe.value[:] = tip
         return self.face.values(self._gap_form)
 
@@ -198,7 +198,7 @@ class RigidContact:
         return self._lowest_gap_from(self.tip.value)
 
     def _lowest_gap_from(self, tip: Floats) -> float:
-        """The same of a surface with its tip at some place (m)."""
+        """The same of a surface with its tip at some position (m)."""
         lowest = self._gaps_from(tip)[self.face.owned()].min(initial=np.inf)
         return float(min(self.body.spaces.mesh.comm.allgather(lowest)))
 

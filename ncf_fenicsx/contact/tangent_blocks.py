@@ -64,12 +64,12 @@ def _groups(pairing: Pairing) -> Iterator[tuple[Integers, Integers, Floats]]:
 
 def _facing(pairing: Pairing, nodes: Integers) -> Iterator[tuple[Integers, Integers, Floats]]:
     """Entries of a list of local nodes that face something, with the masters they face and their weights."""
-    place = np.full(int(max(nodes.max(initial=0), pairing.nodes.max(initial=0))) + 1, -1)
+    index = np.full(int(max(nodes.max(initial=0), pairing.nodes.max(initial=0))) + 1, -1)
     for members, masters, weights in _groups(pairing):
-        place[:] = -1
-        place[pairing.nodes[members]] = np.arange(len(members))
-        entries = np.flatnonzero(place[nodes] >= 0)
-        yield entries, masters[place[nodes[entries]]], weights[place[nodes[entries]]]
+        index[:] = -1
+        index[pairing.nodes[members]] = np.arange(len(members))
+        entries = np.flatnonzero(index[nodes] >= 0)
+        yield entries, masters[index[nodes[entries]]], weights[index[nodes[entries]]]
 
 
 def _entries(form: Any, nodes: int) -> tuple[Integers, Integers, Floats]:

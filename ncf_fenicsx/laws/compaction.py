@@ -15,7 +15,7 @@ import ufl
 from pydantic import Field, model_validator
 from scipy.interpolate import PchipInterpolator
 
-from ncf_fenicsx.kinds import Symbols, impossible, parameter
+from ncf_fenicsx.kinds import Constants, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import Conditions, Law, number, positive
 from ncf_fenicsx.units import PositiveStress, Stress
@@ -197,9 +197,9 @@ class Table(CompactionLaw):
             return None
         return f"the table is moved by {-moved:.4g} Pa, for the undeformed fabric to be free of stress"
 
-    def with_symbols(self, symbols: Symbols) -> Self:
+    def with_constants(self, constants: Constants) -> Self:
         """The table itself: its numbers are compiled into the forms."""
-        del symbols
+        del constants
         return self
 
     def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:

@@ -12,12 +12,12 @@ from typing import ClassVar, Literal
 import ufl
 from pydantic import PositiveInt
 
-from ncf_fenicsx.kinds import Part, Settings, parameter
+from ncf_fenicsx.kinds import Kind, Settings, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.units import Penalty
 
 TOUCHING = 1e-15
-"""Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their places."""
+"""Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their positions."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Touch:
         return ufl.conditional(closed, pressure, 0)
 
 
-class Enforcement(Part):
+class Enforcement(Kind):
     """How it is enforced that faces do not penetrate each other."""
 
     family = "contact"
@@ -153,5 +153,5 @@ def friction_traction(stuck: Expression, pressure: Expression, coefficient: Expr
 
 
 def tangential(vector: Expression, normal: Expression) -> Expression:
-    """Part of a vector in the plane across a unit normal."""
+    """Kind of a vector in the plane across a unit normal."""
     return vector - ufl.dot(vector, normal) * normal

@@ -139,15 +139,15 @@ class FibreFamilies(HyperelasticInPlaneLaw):
         angles = sorted({angle for stack in stacks for angle in stack})
         return [(angle, tuple(stack.count(angle) / len(stack) for stack in stacks)) for angle in angles]
 
-    def with_symbols(self, symbols: Any) -> Self:
-        """Copy with symbols for its numbers; shares that differ from layer to layer become fields."""
-        copy = super().with_symbols(symbols).model_copy(update={"plies": self.plies})
-        share = symbols.by_layer if self._per_layer else lambda shares: symbols(shares[0])
-        copy._bound = [(symbols(angle), share(shares)) for angle, shares in self.families()]
+    def with_constants(self, constants: Any) -> Self:
+        """Copy with constants for its numbers; shares that differ from layer to layer become fields."""
+        copy = super().with_constants(constants).model_copy(update={"plies": self.plies})
+        share = constants.by_layer if self._per_layer else lambda shares: constants(shares[0])
+        copy._bound = [(constants(angle), share(shares)) for angle, shares in self.families()]
         return copy
 
     def energy(self, in_plane_cauchy_green: Expression) -> Expression:
-        """W in J/m3; that of the lowest layer where it has not been given symbols."""
+        """W in J/m3; that of the lowest layer where it has not been given constants."""
         E = (in_plane_cauchy_green - ufl.Identity(2)) / 2
         families = self._bound or [(angle, shares[0]) for angle, shares in self.families()]
         shear = self.shear_modulus * (ufl.inner(E, E) - ufl.tr(E) ** 2 / 2)

@@ -12,7 +12,7 @@ import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
-from ncf_fenicsx.kinds import Part
+from ncf_fenicsx.kinds import Kind
 from ncf_fenicsx.laws.kinematics import Expression
 
 
@@ -44,7 +44,7 @@ class Conditions:
         return len(self.elements_through)
 
 
-class Law(Part):
+class Law(Kind):
     """A constitutive law."""
 
     symmetric: ClassVar[bool] = True

@@ -61,7 +61,7 @@ class KellyRate(RateLaw):
         "v_ref", description="A(v) / A(v_ref), or A(v) itself, relative to the stress at the lowest speed, as printed"
     )
     feed: Literal["process", "local"] = parameter(
-        "local", description="speed: the closing speed of the fabric at each place, or that of the process, the tool's"
+        "local", description="speed: the closing speed of the fabric at each point, or that of the process, the tool's"
     )
     reference_thickness: PositiveLength = parameter(
         "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d(lambda_3)/dt"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.laws.kinematics import Expression, deformation_gradient
 from ncf_fenicsx.mesh import StackMesh, compat
-from ncf_fenicsx.mesh.hexahedra import place
+from ncf_fenicsx.mesh.hexahedra import point_in_words
 from ncf_fenicsx.mesh.state_fields import StateField
 
 Floats = NDArray[np.float64]
@@ -60,9 +60,10 @@ class Admissibility:
         if not any(counts):
             return None
         x = self._compiled(compat.coordinates(self.stack.mesh))  # on all ranks together
-        places = np.asarray(x.eval(self.stack.mesh, self._cells)).reshape(*values.shape, 3)
+        positions = np.asarray(x.eval(self.stack.mesh, self._cells)).reshape(*values.shape, 3)
         words = [
-            f"{values[cell, point]:.3g} at {place(places[cell, point])} in layer {self.stack.layer[cell] + 1}"
+            f"{values[cell, point]:.3g} at {point_in_words(positions[cell, point])} "
+            f"in layer {self.stack.layer[cell] + 1}"
             for cell, point in entries[:1]
         ]
         first = next(found[0] for found in self.comm.allgather(words) if found)

@@ -20,7 +20,7 @@ class Fabric(Material):
     """The laws of a layer of fabric.
 
     Attributes:
-        laws: with symbols for their parameters.
+        laws: with constants for their parameters.
         initial_volume_fraction: Vf0.
         clock: what a step tells the laws.
         states: fields of the states at the start of a step, by name; Vf is always among them.

@@ -1,4 +1,4 @@
-"""Symbols that stand for numbers in the compiled forms: a new value needs no new compilation."""
+"""Constants that stand for numbers in the compiled forms: a new value needs no new compilation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 
-class FormSymbols:
+class FormConstants:
     """Makes constants and fields of a mesh.
 
     Args:

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Clock:
-    """Symbols of what a time step tells the laws.
+    """Constants of what a time step tells the laws.
 
     Attributes:
         time_step: size of the step in s; the stack takes for ever to settle.
@@ -56,7 +56,7 @@ class Volumes:
 
 
 class Material(ABC):
-    """The laws of a scene with symbols for their parameters."""
+    """The laws of a scene with constants for their parameters."""
 
     @abstractmethod
     def kinematics(self, displacement: Any) -> Kinematics:

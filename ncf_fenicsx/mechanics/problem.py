@@ -12,14 +12,14 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.contact.contacts import Contacts
-from ncf_fenicsx.contact.deformed_body import Body
+from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mechanics.admissibility import Admissibility
 from ncf_fenicsx.mechanics.fabric import Fabric
-from ncf_fenicsx.mechanics.form_constants import FormSymbols
+from ncf_fenicsx.mechanics.form_constants import FormConstants
 from ncf_fenicsx.mechanics.material import Clock, Material, Solid, Volumes
 from ncf_fenicsx.mechanics.scales import Scales
-from ncf_fenicsx.mechanics.supports import hold
+from ncf_fenicsx.mechanics.supports import support
 from ncf_fenicsx.mesh import StackMesh, compat
 from ncf_fenicsx.mesh.faces import NodalSpaces
 from ncf_fenicsx.mesh.state_fields import (
@@ -43,7 +43,7 @@ class Problem:
         displacement: trial displacement in m.
         start: displacement in m at the start of the step, the committed one.
         last_iterate: displacement of the Newton iterate before; None unless the tangent extrapolates from it.
-        material: the laws, with symbols for their parameters.
+        material: the laws, with constants for their parameters.
         states: fields of state of the laws at the points that volumes are integrated with, by name.
         face_states: the same at the nodes of cells; empty unless a contact asks for the layer's own pressure there.
         contacts: tools, mould and layers on each other.
@@ -64,15 +64,15 @@ class Problem:
         self.last_iterate = fem.Function(self.space) if extrapolates else None
         self.variation, self.increment = ufl.TestFunction(self.space), ufl.TrialFunction(self.space)
         self.volumes = Volumes.on(self.mesh, element)
-        self.symbols = FormSymbols(self.mesh, stack.layer)
-        self.weight_share = self.symbols(1.0)
-        self.clock = Clock(self.symbols(0.0), self.symbols(0.0), self.symbols(0.0))
+        self.constants = FormConstants(self.mesh, stack.layer)
+        self.weight_share = self.constants(1.0)
+        self.clock = Clock(self.constants(0.0), self.constants(0.0), self.constants(0.0))
         self.material, self.states = self._laws_at("state", at_volume_points(element))
-        self.supports = hold(self.space, stack, scene)
+        self.supports = support(self.space, stack, scene)
         self.face_states, own_pressure = self._at_faces()
         area_vector = self.material.kinematics(self.displacement).area_vector
         self.contacts = Contacts(scene, stack, self._body(own_pressure), area_vector)
-        self.scales = Scales(scene, stack, self.contacts, self.supports, self.symbols, self.volumes)
+        self.scales = Scales(scene, stack, self.contacts, self.supports, self.constants, self.volumes)
         vf = self.states.get("volume_fraction")
         self.admissibility = Admissibility(stack, self.displacement, element.volume_rule[0], vf, scene.packing_limit)
         self.terms = self._terms()
@@ -80,12 +80,12 @@ class Problem:
 
     def _laws_at(self, name: str, element: Any) -> tuple[Material, dict[str, StateField]]:
         """The laws, and their fields of state at the points of a Basix element, by name; those of a name in files."""
-        laws, symbols = self.scene.laws, self.symbols
+        laws, constants = self.scene.laws, self.constants
         if laws.solid is not None:
-            return Solid(laws.solid.with_symbols(symbols)), {}
+            return Solid(laws.solid.with_constants(constants)), {}
         initial = self.scene.stack.initial_volume_fraction
         functions = functions_at_points(self.mesh, element, laws.initial_states(initial))
-        fabric = Fabric(laws.with_symbols(symbols), symbols(initial), self.clock, functions)
+        fabric = Fabric(laws.with_constants(constants), constants(initial), self.clock, functions)
         return fabric, fields_at_points(name, functions, fabric.updated_states(self.displacement))
 
     def _at_faces(self) -> tuple[dict[str, StateField], Expression]:
@@ -99,13 +99,13 @@ class Problem:
         kinematics = material.kinematics(self.displacement)
         return states, -material.normal_stress(kinematics) * kinematics.area_stretch
 
-    def _body(self, own_pressure: Expression) -> Body:
-        return Body(
+    def _body(self, own_pressure: Expression) -> DeformedBody:
+        return DeformedBody(
             spaces=NodalSpaces(self.space, self.stack.element),
             displacement=self.displacement,
             start=self.start,
             variation=self.variation,
-            symbols=self.symbols,
+            constants=self.constants,
             own_pressure=own_pressure,
             natural_stiffness=self.scene.natural_stiffness,
             thickness=self.scene.stack.thickness,
@@ -116,7 +116,7 @@ class Problem:
         terms = {"internal": self.material.internal_work(u, v, self.volumes)}
         if scene.gravity:
             weight = scene.gravity * scene.stack.areal_density / scene.stack.thickness
-            terms["gravity"] = self.symbols(weight) * self.weight_share * v[2] * self.volumes.all
+            terms["gravity"] = self.constants(weight) * self.weight_share * v[2] * self.volumes.all
         return terms | self.contacts.terms()
 
     def add_term(self, name: str, term: ufl.Form) -> None:
@@ -135,9 +135,9 @@ class Problem:
         return self._forms.tangent
 
     @property
-    def packs(self) -> NDArray[np.int64]:
-        """Pack of layers that share nodes, of each owned node."""
-        return self.stack.packs(self.space)
+    def sublaminates(self) -> NDArray[np.int64]:
+        """Number of the sublaminate, layers that share nodes, of each owned node."""
+        return self.stack.sublaminates(self.space)
 
     @property
     def state(self) -> list[StateField]:

@@ -13,7 +13,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.contact.contacts import Contacts
-from ncf_fenicsx.mechanics.form_constants import FormSymbols
+from ncf_fenicsx.mechanics.form_constants import FormConstants
 from ncf_fenicsx.mechanics.material import Volumes
 from ncf_fenicsx.mechanics.supports import Supports
 from ncf_fenicsx.mesh import StackMesh, compat
@@ -33,7 +33,7 @@ class Scales:
         stack: its mesh.
         contacts: of its fabric.
         supports: what holds it.
-        symbols: makes constants.
+        constants: makes constants.
         volumes: measures of the reference volume.
 
     Attributes:
@@ -47,18 +47,18 @@ class Scales:
         stack: StackMesh,
         contacts: Contacts,
         supports: Supports,
-        symbols: FormSymbols,
+        constants: FormConstants,
         volumes: Volumes,
     ) -> None:
         self.length, self.sliding = scene.stack.thickness, False
         self._settings, self._stiffness = scene.solver, scene.laws.stiffness
         self._stack, self._contacts, self._supports = stack, contacts, supports
         self._comm = stack.mesh.comm
-        self._volume_form = symbols(1.0) * volumes.all
+        self._volume_form = constants(1.0) * volumes.all
 
     @cached_property
     def force_floor(self) -> float:
-        """Norm of the forces in N that round-off in the stiffest stress, or in penalty times place, leaves over."""
+        """Norm of the forces in N that round-off leaves: in the stiffest stress, or in penalty times coordinate."""
         cells = self._comm.allreduce(len(self._stack.layer))
         volume = self._comm.allreduce(float(fem.assemble_scalar(compat.compile_form(self._volume_form))))
         face = volume / cells / self.length
@@ -71,7 +71,7 @@ class Scales:
 
         A contact that passes from node to node has a jump for each; large corrections leap over many of them.
         """
-        cap, sliding = self._settings.increment_cap, self._settings.travel_cap
+        cap, sliding = self._settings.increment_cap, self._settings.sliding_increment_cap
         return self.length * (min(cap, sliding) if self.sliding else cap)
 
     def load(self, residual: Floats) -> float:

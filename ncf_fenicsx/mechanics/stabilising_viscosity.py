@@ -1,4 +1,4 @@
-"""A viscosity that steadies a stack which snaps: it resists what departs from a drift, the motion before the trouble.
+"""A viscosity that stabilises a stack which snaps: it resists what departs from a drift, the motion before the trouble.
 
 Were it to resist all motion, its force in the even motion under a tool would already be per cents of the tool's.
 """

@@ -21,7 +21,7 @@ class Supports:
 
     Attributes:
         conditions: DOLFINx conditions.
-        dofs: all local dofs they hold, ghosts included.
+        dofs: all local dofs they constrain, ghosts included.
         vertical_dofs: owned dofs among them that act along z.
     """
 
@@ -30,7 +30,7 @@ class Supports:
     vertical_dofs: NDArray[np.int32]
 
 
-def hold(space: Any, stack: StackMesh, scene: Scene) -> Supports:
+def support(space: Any, stack: StackMesh, scene: Scene) -> Supports:
     """Without a mould the bottom slides on a rigid plane; fixed sides do not move; symmetry planes are not crossed."""
     held = [("bottom", 2)] if scene.mould is None else []
     for name, side in scene.stack.sides:

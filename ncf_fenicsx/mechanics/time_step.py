@@ -106,7 +106,7 @@ class TimeStep:
         """Put the tools where they are after a step from ``time`` by ``size`` (s), and predict the displacement."""
         self.time, self.size = time + size, size
         if not self._predicts:
-            place(self.problem, time, size)
+            move_tools(self.problem, time, size)
             return
         problem, start = self.problem, self.problem.start.x.array
         same_way = self._segments_at(self.time) == self._segments
@@ -160,7 +160,7 @@ class TimeStep:
         problem = self.problem
         if coefficient and self.viscosity is None:
             inverse = problem.clock.inverse_time_step
-            self.viscosity = Viscosity(problem.displacement, problem.symbols(0.0), inverse)
+            self.viscosity = Viscosity(problem.displacement, problem.constants(0.0), inverse)
             problem.add_term("viscosity", self.viscosity.work(problem.variation) * problem.volumes.all)
         if self.viscosity is not None:
             self.viscosity.coefficient.value = coefficient
@@ -179,10 +179,10 @@ class TimeStep:
         return [motion.segment_number(tool.path, time) for tool in self.problem.scene.tool]
 
 
-def place(problem: Problem, time: float, size: float) -> None:
+def move_tools(problem: Problem, time: float, size: float) -> None:
     """Put the tools where they are after a step from ``time`` by ``size`` (s); the trial displacement stays."""
     set_clock(problem, time + size, size)
-    problem.contacts.place(time, size)
+    problem.contacts.move_tools(time, size)
 
 
 def set_clock(problem: Problem, time: float, size: float) -> None:

@@ -69,9 +69,9 @@ def _without_unused_nodes(space: Any) -> Any:
     numbers.array[: every.size_local] = start + local
     numbers.scatter_forward()
     ghosts = np.setdiff1d(dofmap.list, np.arange(every.size_local))
-    places = ghosts - every.size_local
+    positions = ghosts - every.size_local
     index_map = cpp.common.IndexMap(
-        every.comm, size, numbers.array[ghosts].astype(np.int64), every.owners[places].astype(np.int32)
+        every.comm, size, numbers.array[ghosts].astype(np.int64), every.owners[positions].astype(np.int32)
     )
     renumbered = np.concatenate([local, np.zeros(every.num_ghosts, dtype=np.int64)])
     renumbered[ghosts] = size + np.arange(len(ghosts))
@@ -89,7 +89,7 @@ def interpolation_points(element: Any) -> np.ndarray:
 
 
 def coordinates(mesh: Any) -> Any:
-    """Places of a mesh's undeformed points, symbolically."""
+    """Positions of a mesh's undeformed points, symbolically."""
     return ufl.SpatialCoordinate(mesh)
 
 

@@ -35,7 +35,7 @@ class Element:
 
     @cached_property
     def nodes(self) -> Floats:
-        """Reference places, shape (nodes, 3)."""
+        """Reference positions, shape (nodes, 3)."""
         return np.array([middle for _, _, middle in self._bearers()])
 
     def _bearers(self) -> list[tuple[int, int, Floats]]:

@@ -113,7 +113,7 @@ class SharedFace:
         elements: nodes of each element's face, x fastest, counted along ``numbers``, shape (elements, 4 or 9).
         quads: quadrilaterals between neighbouring nodes, shape (quads, 4).
         local: this rank's local nodes of the face, ghosts included.
-        place_of_local: where each of them stands in ``numbers``.
+        index_of_local: where each of them stands in ``numbers``.
     """
 
     def __init__(self, spaces: NodalSpaces, facets: Any) -> None:
@@ -123,9 +123,9 @@ class SharedFace:
         self.elements: Integers = compact.reshape(everywhere.shape)
         self.quads: Integers = sub_quads(self.elements)
         self.local = np.flatnonzero(np.isin(spaces.numbers, self.numbers))
-        self.place_of_local = np.searchsorted(self.numbers, spaces.numbers[self.local])
+        self.index_of_local = np.searchsorted(self.numbers, spaces.numbers[self.local])
         self._mine = self.local < spaces.owned
-        self._order = np.concatenate(self.comm.allgather(self.place_of_local[self._mine]))
+        self._order = np.concatenate(self.comm.allgather(self.index_of_local[self._mine]))
         self.undeformed = self.gather(spaces.scalars.tabulate_dof_coordinates())
 
     def gather(self, values: Floats) -> Floats:

@@ -11,7 +11,7 @@ import meshio
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Hexahedra, Integers, place
+from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Hexahedra, Integers, point_in_words
 
 VTK_TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]
 
@@ -67,7 +67,7 @@ def _layers(path: Path, file: Any, layers: int, centres: np.ndarray) -> Integers
     if len(unknown):
         name = names.get(int(numbers[unknown[0]]), "none")
         raise SceneError(
-            f"{path.name}: the cell at {place(centres[unknown[0]])} is in {name!r}; "
+            f"{path.name}: the cell at {point_in_words(centres[unknown[0]])} is in {name!r}; "
             "expected a physical volume layer_1, ..."
         )
     return np.array([known[int(number)] for number in numbers])

@@ -118,14 +118,14 @@ def _extrude_layer(x: Floats, y: Floats, z: Floats, number: int, layers: int) ->
     return Hexahedra(points, cells, np.full(len(cells), number), tags.reshape(-1, 6))
 
 
-def split_layers(stack: Hexahedra, pack: Integers) -> Hexahedra:
-    """The stack with nodes that belong to one pack of bonded layers each.
+def split_layers(stack: Hexahedra, sublaminate: Integers) -> Hexahedra:
+    """The stack with nodes that belong to one sublaminate of bonded layers each.
 
     Args:
-        stack: layers, those of a pack sharing their nodes.
-        pack: number of each layer's pack, shape (layers,).
+        stack: layers, those of a sublaminate sharing their nodes.
+        sublaminate: number of each layer's sublaminate, shape (layers,).
     """
-    key = pack[stack.layer][:, None] * len(stack.points) + stack.cells
+    key = sublaminate[stack.layer][:, None] * len(stack.points) + stack.cells
     unique, cells = np.unique(key, return_inverse=True)
     points = stack.points[unique % len(stack.points)]
     return Hexahedra(points, cells.reshape(-1, 8), stack.layer, stack.face_tags)
@@ -148,8 +148,8 @@ def coincidence(points: Floats, extent: Floats) -> Integers:
     return number
 
 
-def mark_interfaces(stack: Hexahedra, pack: Integers) -> Hexahedra:
-    """The stack with the faces tagged where a layer lies on the next; where both are one pack, the lower one's alone.
+def mark_interfaces(stack: Hexahedra, sublaminate: Integers) -> Hexahedra:
+    """The stack with tagged faces where a layer lies on the next; within one sublaminate, those of the lower one alone.
 
     Raises:
         SceneError: an outside face has no tag, or bonded layers do not share their nodes.
@@ -158,11 +158,13 @@ def mark_interfaces(stack: Hexahedra, pack: Integers) -> Hexahedra:
     cell, face = np.nonzero((count == 1).reshape(-1, 6) & (stack.face_tags == NO_TAG))
     upwards, layer = _outward_height(stack, cell, face), stack.layer[cell]
     other = layer + np.where(upwards > 0, 1, -1)
-    lonely = np.flatnonzero((np.abs(upwards) < STEEP) | (other < 0) | (other >= len(pack)))
+    lonely = np.flatnonzero((np.abs(upwards) < STEEP) | (other < 0) | (other >= len(sublaminate)))
     centres = stack.face_centres.reshape(-1, 6, 3)[cell, face]
     if len(lonely):
-        raise SceneError(f"mesh: the facet at {place(centres[lonely[0]])} has no tag; expected bottom, top or a side")
-    torn = np.flatnonzero(pack[layer] == pack[other])
+        raise SceneError(
+            f"mesh: the facet at {point_in_words(centres[lonely[0]])} has no tag; expected bottom, top or a side"
+        )
+    torn = np.flatnonzero(sublaminate[layer] == sublaminate[other])
     if len(torn):
         number = min(layer[torn[0]], other[torn[0]]) + 1
         raise SceneError(f"mesh: layers {number} and {number + 1} are bonded; expected facets that match")
@@ -204,7 +206,7 @@ def check_cells(stack: Hexahedra) -> None:
     bad = np.flatnonzero(smallest <= 1e-6 * extent.prod(axis=1) + 1e-18 * extent[:, 2] ** 3)
     if len(bad):
         what = "inverted" if smallest[bad[0]] < 0 else "degenerate"
-        where = place(corners[bad[0]].mean(axis=0))
+        where = point_in_words(corners[bad[0]].mean(axis=0))
         raise SceneError(f"mesh: cell {bad[0]} at {where} is {what}; expected hexahedra with positive volume")
 
 
@@ -223,29 +225,29 @@ def between(stack: Hexahedra, vertices: Integers) -> Integers:
 
 
 def columns(stack: Hexahedra, parts: int) -> Integers:
-    """Part of each cell: whole columns of cells over each other, about equally many cells in each part."""
+    """Kind of each cell: whole columns of cells over each other, about equally many cells in each part."""
     centres = stack.points[stack.cells].mean(axis=1)
     grid = 1e-7 * np.ptp(stack.points, axis=0).max()
     _, column = np.unique(np.round(centres[:, :2] / grid), axis=0, return_inverse=True)
     column = column.ravel()
     members = np.bincount(column)
-    places = np.stack([np.bincount(column, centres[:, axis]) / members for axis in (0, 1)], axis=1)
+    positions = np.stack([np.bincount(column, centres[:, axis]) / members for axis in (0, 1)], axis=1)
     part = np.zeros(len(centres), dtype=np.int64)
-    _bisect(places[column], column, np.arange(len(centres)), 0, parts, part)
+    _bisect(positions[column], column, np.arange(len(centres)), 0, parts, part)
     return part
 
 
-def _bisect(places: Floats, column: Integers, members: Integers, first: int, parts: int, part: Integers) -> None:
+def _bisect(positions: Floats, column: Integers, members: Integers, first: int, parts: int, part: Integers) -> None:
     if parts == 1 or not len(members):
         part[members] = first
         return
-    axis = int(np.argmax(np.ptp(places[members], axis=0)))
-    order = members[np.lexsort((column[members], places[members, axis]))]
+    axis = int(np.argmax(np.ptp(positions[members], axis=0)))
+    order = members[np.lexsort((column[members], positions[members, axis]))]
     cut = len(order) * (parts // 2) // parts
     while 0 < cut < len(order) and column[order[cut]] == column[order[cut - 1]]:
         cut += 1
-    _bisect(places, column, order[:cut], first, parts // 2, part)
-    _bisect(places, column, order[cut:], first + parts // 2, parts - parts // 2, part)
+    _bisect(positions, column, order[:cut], first, parts // 2, part)
+    _bisect(positions, column, order[cut:], first + parts // 2, parts - parts // 2, part)
 
 
 def _alike(rows: Integers) -> tuple[Integers, Integers]:
@@ -254,6 +256,6 @@ def _alike(rows: Integers) -> tuple[Integers, Integers]:
     return group.ravel(), count[group.ravel()]
 
 
-def place(point: Floats) -> str:
+def point_in_words(point: Floats) -> str:
     """A point (m) in words."""
     return "(" + ", ".join(f"{round(1e3 * value, 9) + 0.0:.4g}" for value in point) + ") mm"

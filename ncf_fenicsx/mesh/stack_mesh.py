@@ -64,12 +64,12 @@ class StackMesh:
         numbers[space.dofmap.list] = self.numbers
         return numbers
 
-    def packs(self, space: Any) -> Integers:
+    def sublaminates(self, space: Any) -> Integers:
         """Pack of each owned node of a nodal space, 0 at the bottom: layers that share nodes are one."""
         index_map = space.dofmap.index_map
-        packs = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
-        packs[space.dofmap.list] = np.searchsorted(self.open_interfaces, self.layer)[:, None]
-        return packs[: index_map.size_local]
+        sublaminates = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
+        sublaminates[space.dofmap.list] = np.searchsorted(self.open_interfaces, self.layer)[:, None]
+        return sublaminates[: index_map.size_local]
 
     def facets(self, tag: int | str) -> Integers:
         """Local facets with a tag, or its name."""
@@ -108,9 +108,9 @@ def stack_of(scene: Scene) -> Hexahedra:
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
     bonded = [isinstance(way, Bonded) for way in scene.interfaces]
-    pack = np.cumsum([0, *(not shared for shared in bonded)])
+    sublaminate = np.cumsum([0, *(not shared for shared in bonded)])
     together = hexahedra.bond_layers(stack) if any(bonded) else stack
-    stack = hexahedra.mark_interfaces(hexahedra.split_layers(together, pack), pack)
+    stack = hexahedra.mark_interfaces(hexahedra.split_layers(together, sublaminate), sublaminate)
     _check_interfaces(stack, [layer for layer, shared in enumerate(bonded) if not shared])
     _check_thickness(scene.stack, stack)
     if scene.laws.bending is not None:
@@ -198,7 +198,7 @@ def _check_third_axes(stack: Hexahedra) -> None:
     slopes = np.abs(edges[:, :, 2]) / np.linalg.norm(edges, axis=2)
     wrong = np.flatnonzero(np.argmax(slopes, axis=1) != 2)
     if len(wrong):
-        where = hexahedra.place(stack.points[stack.cells[wrong[0]]].mean(axis=0))
+        where = hexahedra.point_in_words(stack.points[stack.cells[wrong[0]]].mean(axis=0))
         raise SceneError(
             f"mesh: cell {wrong[0]} at {where} lies on its side; "
             "expected cells with their third axis across the layers with stack.order = 2"

@@ -102,7 +102,8 @@ class ContactMeasures:
             face.gather(values)[whole.source]
             for values in (self.nodes["gap"], layer.contact.face.area, self.nodes["slip"], layer.pressure)
         )
-        open_ = voids(whole.places(face.undeformed)[:, :2], whole.quads, gap, area, OPEN * self.problem.scales.length)
+        positions, least = whole.positions(face.undeformed)[:, :2], OPEN * self.problem.scales.length
+        open_ = voids(positions, whole.quads, gap, area, least)
         # a node on a symmetry plane has but a part of its share in the model
         volume = self.problem.scene.stack.sides.copies * float(face.gather(layer.opened_volume()).sum())
         deepest = float((-gap).max(initial=0.0))
@@ -112,7 +113,7 @@ class ContactMeasures:
     def _waves(self, face: SharedFace, whole: WholeFace, displacement: Floats) -> list[float]:
         """Values of `WAVE_COLUMNS` of a displacement in m at this rank's local nodes, shape (nodes, 3)."""
         deflection = face.gather(displacement)[whole.source, 2]
-        waves = wrinkles(whole.places(face.undeformed)[:, :2], deflection)
+        waves = wrinkles(whole.positions(face.undeformed)[:, :2], deflection)
         return [waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
 
     def wavelength(self, displacement: Floats) -> float:
@@ -154,11 +155,11 @@ class _RigidFace:
         """Values of `RIGID_COLUMNS`."""
         shared, whole = self._shared, self._whole
         gap = shared.gather(self.contact.gaps())
-        places = shared.undeformed + shared.gather(self.problem.displacement.x.array.reshape(-1, 3))
+        positions = shared.undeformed + shared.gather(self.problem.displacement.x.array.reshape(-1, 3))
         # half-way between the last node in contact and the next: next to a penetration, which is as good as nothing,
         # interpolating the gap itself would always end the contact at its last node
         closed = np.where(gap[whole.source] > 0, 1.0, -1.0)
-        width, length = contact_extent(whole.places(places)[:, :2], whole.quads, closed)
+        width, length = contact_extent(whole.positions(positions)[:, :2], whole.quads, closed)
         deepest = float((-gap).max(initial=0.0))
         return [float(shared.gather(self._pressure).max(initial=0.0)), width, length, deepest]
 

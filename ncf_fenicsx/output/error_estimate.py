@@ -20,7 +20,7 @@ MASS: Floats = np.kron(np.kron(ALONG, ALONG), ALONG)
 class Recovery:
     """Smooths cell means by averages at nodes (Zienkiewicz and Zhu 1987).
 
-    Nodes of two layers that stand in one place count as one: the pressure between the layers is one, and with one
+    Nodes of two layers at one position count as one: the pressure between the layers is one, and with one
     element through each layer nothing else shows how the field varies across them. At the stack's bottom and top, where
     there is nothing to average with, and where tools leave their peaks, a parabola with the means of the three cells
     next to the face gives the value there.
@@ -34,11 +34,11 @@ class Recovery:
         self.comm, self._volumes = scalars.mesh.comm, volumes
         self._corners = scalars.dofmap.list[: len(volumes), :CORNERS]
         self._sums = la.vector(scalars.dofmap.index_map, dtype=np.float64)
-        # whole columns of cells stand on one rank, so that it has all nodes of each place that it has one of
+        # whole columns of cells stand on one rank, so that it has all nodes of each position that it has one of
         coordinates = scalars.tabulate_dof_coordinates().round(9)
-        places, self._place = np.unique(coordinates, axis=0, return_inverse=True)
+        positions, self._place = np.unique(coordinates, axis=0, return_inverse=True)
         self._place = self._place.ravel()
-        self._outer = _outermost(places)
+        self._outer = _outermost(positions)
         self._around = self._sum_at_nodes(np.ones(len(volumes)))
 
     def _sum_at_nodes(self, values: Floats) -> Floats:
@@ -68,18 +68,18 @@ class Recovery:
         return float(np.sqrt(error / change)) if change > 0 else 0.0
 
 
-def _outermost(places: Floats) -> NDArray[np.int64]:
-    """Places on the bottom and the top, below or above each the next one, and the one after it; shape (3, places).
+def _outermost(positions: Floats) -> NDArray[np.int64]:
+    """Positions on bottom and top, next to each the one within, and the one after it; shape (3, positions).
 
     Only those whose two neighbours are one and two cells of one height away.
 
     Args:
-        places: in m, ordered by x, then y, then z; shape (places, 3).
+        positions: in m, ordered by x, then y, then z; shape (positions, 3).
     """
-    first = np.arange(max(len(places) - 2, 0))
+    first = np.arange(max(len(positions) - 2, 0))
     threes = np.column_stack([first, first + 1, first + 2])
-    x, y, z = np.moveaxis(places[threes], 2, 0)
+    x, y, z = np.moveaxis(positions[threes], 2, 0)
     column = (np.ptp(x, axis=1) == 0) & (np.ptp(y, axis=1) == 0) & (np.abs(np.diff(z, 2, axis=1)[:, 0]) < 1e-8)
-    bottom, top = (places[:, 2].min(), places[:, 2].max()) if len(places) else (0.0, 0.0)
+    bottom, top = (positions[:, 2].min(), positions[:, 2].max()) if len(positions) else (0.0, 0.0)
     below, above = threes[column & (z[:, 0] == bottom)], threes[column & (z[:, 2] == top)]
     return np.concatenate([below, above[:, ::-1]]).T

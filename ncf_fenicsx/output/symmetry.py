@@ -17,7 +17,7 @@ class WholeFace:
     """A face and its mirror images; nodes on a symmetry plane are their own images.
 
     Args:
-        undeformed: places of the face's nodes in m, shape (nodes, 3).
+        undeformed: positions of the face's nodes in m, shape (nodes, 3).
         quads: nodes of its quadrilaterals, shape (quads, 4).
         sides: how the sides are held.
 
@@ -34,12 +34,12 @@ class WholeFace:
         for name, side in sides:
             if side == "symmetry":
                 axis, extreme = PLANES[name]
-                self._add_image(self.places(undeformed), axis, float(extreme(undeformed[:, axis])))
+                self._add_image(self.positions(undeformed), axis, float(extreme(undeformed[:, axis])))
 
-    def _add_image(self, places: Floats, axis: int, plane: float) -> None:
-        off = np.abs(places[:, axis] - plane) > 1e-9 * np.ptp(places)
-        image = np.arange(len(places))
-        image[off] = len(places) + np.arange(np.count_nonzero(off))
+    def _add_image(self, positions: Floats, axis: int, plane: float) -> None:
+        off = np.abs(positions[:, axis] - plane) > 1e-9 * np.ptp(positions)
+        image = np.arange(len(positions))
+        image[off] = len(positions) + np.arange(np.count_nonzero(off))
         sign, offset = self._sign[off], self._offset[off]
         sign[:, axis] *= -1
         offset[:, axis] = 2 * plane - offset[:, axis]
@@ -47,6 +47,6 @@ class WholeFace:
         self.quads = np.concatenate([self.quads, image[self.quads]])
         self._sign, self._offset = np.concatenate([self._sign, sign]), np.concatenate([self._offset, offset])
 
-    def places(self, places: Floats) -> Floats:
-        """Places in m of all nodes of the whole, shape (all nodes, 3), from those of the face's own nodes."""
-        return self._offset + self._sign * places[self.source]
+    def positions(self, positions: Floats) -> Floats:
+        """Positions in m of all nodes of the whole, shape (all nodes, 3), from those of the face's own nodes."""
+        return self._offset + self._sign * positions[self.source]

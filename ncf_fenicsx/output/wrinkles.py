@@ -17,7 +17,7 @@ Integers = NDArray[np.int64]
 FLOOR = 1e-9
 """Amplitude in m below which a line counts as flat."""
 BAND = 0.05
-"""Part of a line's amplitude that its deflection has to reach on the other side of its mean for a crossing to count."""
+"""Kind of a line's amplitude that its deflection has to reach on the other side of its mean for a crossing to count."""
 PADDING = 8
 """Length of the series that the spectrum is taken of, filled up with zeros, over that of the line."""
 NEIGHBOURS = 16
@@ -43,18 +43,18 @@ class Wrinkles:
     curvature: float
 
 
-def wrinkles(places: Floats, deflection: Floats, floor: float = FLOOR) -> Wrinkles:
+def wrinkles(positions: Floats, deflection: Floats, floor: float = FLOOR) -> Wrinkles:
     """Measures the waves of a surface.
 
     For w = A sin(2 pi x / l) the misalignment tends to atan(2 pi A / l) and the curvature to A (2 pi / l)^2. The lines
     are those of the nodes if these form a grid, else those of a grid that the deflection is fitted to.
 
     Args:
-        places: undeformed places of the nodes in plan in m, shape (nodes, 2).
+        positions: undeformed positions of the nodes in plan in m, shape (nodes, 2).
         deflection: height now minus height undeformed in m, shape (nodes,).
         floor: lines with a smaller amplitude in m are flat.
     """
-    grid = grid_of(places)
+    grid = grid_of(positions)
     w = grid.values(deflection)
     along = [_steepest(grid.x, w, floor), _steepest(grid.y, w.T, floor)]
     slope, curvature = np.max(along, axis=0)
@@ -83,24 +83,24 @@ class Grid:
         return np.einsum("yxn,yxn->yx", self.weights, nodal[self.nodes])
 
 
-def grid_of(places: Floats) -> Grid:
+def grid_of(positions: Floats) -> Grid:
     """The grid that nodes form (its spacing may be graded), else a regular one over them of about as many points.
 
     Args:
-        places: places of the nodes in plan in m, shape (nodes, 2).
+        positions: positions of the nodes in plan in m, shape (nodes, 2).
     """
-    return _grid(np.asarray(places, dtype=np.float64).tobytes())
+    return _grid(np.asarray(positions, dtype=np.float64).tobytes())
 
 
 @lru_cache(maxsize=16)
-def _grid(places: bytes) -> Grid:
-    """Kept from call to call: undeformed places stay the same from step to step, and a fit takes a second."""
-    points = np.frombuffer(places).reshape(-1, 2)
+def _grid(positions: bytes) -> Grid:
+    """Kept from call to call: undeformed positions stay the same from step to step, and a fit takes a second."""
+    points = np.frombuffer(positions).reshape(-1, 2)
     tolerance = 1e-6 * float(np.ptp(points, axis=0).max())
     (x, column), (y, row) = (_numbered(points[:, axis], tolerance) for axis in (0, 1))
-    place = row * len(x) + column
-    nodes = np.argsort(place)
-    if len(x) * len(y) == len(points) and np.array_equal(place[nodes], np.arange(len(points))):
+    index = row * len(x) + column
+    nodes = np.argsort(index)
+    if len(x) * len(y) == len(points) and np.array_equal(index[nodes], np.arange(len(points))):
         shape = (len(y), len(x), 1)
         return Grid(x, y, nodes.reshape(shape), np.ones(shape))
     return _fitted_grid(points)
@@ -139,7 +139,7 @@ def crossing_wavelength(position: Floats, deflection: Floats, floor: float = FLO
     Crossings are those of noise unless the deflection leaves a band about the mean on the other side.
 
     Args:
-        position: places along the line in m, ascending, shape (points,).
+        position: positions along the line in m, ascending, shape (points,).
         deflection: height over the undeformed line in m, nan where unknown, shape (points,).
         floor: a line with a smaller amplitude in m is flat.
     """
@@ -166,7 +166,7 @@ def spectral_wavelength(position: Floats, deflection: Floats, floor: float = FLO
     The peak is that of a parabola through the logarithm of the power; waves longer than twice the line are no waves.
 
     Args:
-        position: places along the line in m, ascending, shape (points,).
+        position: positions along the line in m, ascending, shape (points,).
         deflection: height over the undeformed line in m, shape (points,).
         floor: a line with a smaller amplitude in m is flat.
     """

@@ -31,13 +31,13 @@ class Section:
 
     Attributes:
         quads: deformed corners in the x-z plane in m, shape (cells, 4, 2).
-        places: undeformed centres of the quads in m, shape (cells, 2).
+        positions: undeformed centres of the quads in m, shape (cells, 2).
         layer: of each cell, 1 at the bottom.
         values: Vf of each cell, or the stress across it in kPa in a solid, which has no Vf.
     """
 
     quads: Floats
-    places: Floats
+    positions: Floats
     layer: NDArray[np.int64]
     values: Floats
 
@@ -73,7 +73,7 @@ def draw_section(axes: Any, section: Section, scene: Scene, tips: list[Floats], 
         axes: of Matplotlib.
         section: what is drawn.
         scene: the case.
-        tips: places of the tips of tools and mould in m, in the scene's order.
+        tips: positions of the tips of tools and mould in m, in the scene's order.
         limits: of the colours.
 
     Returns:
@@ -140,7 +140,7 @@ def _shown(scene: Scene, snapshots: list[tuple[float, str]]) -> list[tuple[float
 
 
 def _tips(scene: Scene, history: Any, mesh: meshio.Mesh, time: float) -> list[Floats]:
-    """Places in m of the tips of tools and mould; the heights of tools as the run found them."""
+    """Positions in m of the tips of tools and mould; the heights of tools as the run found them."""
     top, bottom = float(mesh.points[:, 2].max()), float(mesh.points[:, 2].min())
     tips = []
     for number, tool in enumerate(scene.tool):
@@ -173,8 +173,8 @@ def _draw_profile(
     """Vf, or stress, over height in the column of cells that were under the first tool's tip."""
     for number, (section, (time, _)) in enumerate(zip(sections, snapshots, strict=True)):
         middle = section.quads.mean(axis=1)
-        distance = np.abs(section.places[:, 0] - (tips[-1][0][0] if scene.tool else 0.0))
-        column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.places[:, 0]) + 1e-12)
+        distance = np.abs(section.positions[:, 0] - (tips[-1][0][0] if scene.tool else 0.0))
+        column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.positions[:, 0]) + 1e-12)
         column = column[np.argsort(middle[column, 1])]
         axes.plot(section.values[column], MM * middle[column, 1], "o-", color=f"C{number}", label=f"{time:.4g} s")
     if scene.laws.solid is None:

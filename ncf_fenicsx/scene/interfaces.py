@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from ncf_fenicsx.kinds import Choice, Part, parameter
+from ncf_fenicsx.kinds import Choice, Kind, parameter
 from ncf_fenicsx.laws.contact import Enforcement, Friction
 from ncf_fenicsx.units import Penalty, PositiveForce, PositiveLength
 
 
-class Bonded(Part):
+class Bonded(Kind):
     """Neighbouring layers share their nodes."""
 
     family = "interface"
     kind = "bonded"
 
 
-class OneSided(Part):
+class OneSided(Kind):
     """Neighbouring layers touch, slide and can open."""
 
     family = "interface"

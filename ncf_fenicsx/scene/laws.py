@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import Choice, Settings, Symbols, impossible, parameter
+from ncf_fenicsx.kinds import Choice, Constants, Settings, impossible, parameter
 from ncf_fenicsx.laws.bending import BendingLaw
 from ncf_fenicsx.laws.compaction import CompactionLaw
 from ncf_fenicsx.laws.in_plane import InPlaneLaw
@@ -74,9 +74,9 @@ class Laws(Settings):
             states |= law.initial_states(initial_volume_fraction)
         return states
 
-    def with_symbols(self, symbols: Symbols) -> Self:
-        """Copy whose laws have symbols for their numbers."""
-        laws = {name: law.with_symbols(symbols) for name, law in self if isinstance(law, Law)}
+    def with_constants(self, constants: Constants) -> Self:
+        """Copy whose laws have constants for their numbers."""
+        laws = {name: law.with_constants(constants) for name, law in self if isinstance(law, Law)}
         return self.model_copy(update=laws)
 
     @property

@@ -81,7 +81,7 @@ class Scene(Settings):
             expected = "expected none, where a law or contact makes the tangent not symmetric"
             raise impossible("solver.perturbation", f"{1e3 * self.solver.perturbation:.6g} mm", expected)
         if self.solver.perturbation is not None and not self.solver.may_stabilise:
-            raise impossible("solver.steadying", "none", 'expected "automatic" with solver.perturbation')
+            raise impossible("solver.stabilisation", "none", 'expected "automatic" with solver.perturbation')
         return self
 
     @model_validator(mode="after")

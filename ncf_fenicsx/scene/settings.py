@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import PositiveInt, model_validator
 
@@ -14,6 +14,7 @@ from ncf_fenicsx.units import PositiveLength, PositiveTime
 class Solver(Settings):
     """Time steps and Newton's method."""
 
+    renamed: ClassVar[dict[str, str]] = {"steadying": "stabilisation", "travel_cap": "sliding_increment_cap"}
     first_step: PositiveTime | None = parameter(None, description="first time step; duration / 30 unless given")
     largest_step: PositiveTime | None = parameter(None, description="largest time step; duration / 8 unless given")
     smallest_step: PositiveTime | None = parameter(None, description="step at which a run stops; first_step / 1e4")
@@ -42,13 +43,17 @@ class Solver(Settings):
     step_travel: float = parameter(
         0.5, gt=0, description="largest travel of a tool in a step over the layer's thickness"
     )
-    travel_cap: float = parameter(0.02, gt=0, description="the same while a tool travels along the surface")
-
-    steadying: Literal["automatic", "none"] = parameter(
-        "automatic", description="whether steps that fail again and again are tried with a viscosity"
+    sliding_increment_cap: float = parameter(
+        0.02,
+        gt=0,
+        description="largest nodal increment over the layer's thickness while a tool travels along the surface",
+    )
+    stabilisation: Literal["automatic", "none"] = parameter(
+        "automatic",
+        description="adaptive viscous stabilisation: a viscosity where steps fail again and again, or none",
     )
     viscous_share: float = parameter(
-        0.5, gt=0, description="energy of that viscosity over the work of the tools at which a run stops"
+        0.5, gt=0, description="energy that the viscosity has taken, over the work of the tools, at which a run stops"
     )
     perturbation: PositiveLength | None = parameter(
         None, description="largest displacement of a push along the critical mode, where stability is lost first"
@@ -56,8 +61,8 @@ class Solver(Settings):
 
     @property
     def may_stabilise(self) -> bool:
-        """Whether a viscosity may come."""
-        return self.steadying == "automatic"
+        """Whether a viscosity may be added."""
+        return self.stabilisation == "automatic"
 
     @model_validator(mode="after")
     def _steps_in_order(self) -> Self:

@@ -11,7 +11,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mechanics.time_step import Outcome, place
+from ncf_fenicsx.mechanics.time_step import Outcome, move_tools
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.stable_step import StableStep
@@ -65,7 +65,7 @@ class CentralDifferences:
         """Of this rank's local nodes in kg, ghosts included."""
         problem = self.problem
         ones = fem.Constant(problem.mesh, np.ones(3))
-        weight = problem.symbols(self.density) * ufl.inner(ones, problem.variation) * problem.volumes.all
+        weight = problem.constants(self.density) * ufl.inner(ones, problem.variation) * problem.volumes.all
         spaces, field = problem.contacts.body.spaces, problem.contacts.body.spaces.scalar()
         field.x.array[: spaces.owned] = spaces.forces(compat.compile_form(weight))[:, 0]
         field.x.scatter_forward()
@@ -80,7 +80,7 @@ class CentralDifferences:
         """
         problem, stack = self.problem, self.problem.scene.stack
         height = stack.thickness / max(stack.elements_through)
-        coefficient = problem.symbols(self.settings.bulk_viscosity * self.density * wave_speed * height)
+        coefficient = problem.constants(self.settings.bulk_viscosity * self.density * wave_speed * height)
         volume_ratio = problem.material.kinematics(problem.displacement).volume_ratio
         rate = ufl.derivative(volume_ratio, problem.displacement, self._velocity)
         change = ufl.derivative(volume_ratio, problem.displacement, problem.variation)
@@ -118,7 +118,7 @@ class CentralDifferences:
             for number in range(1, count + 1):
                 self._accelerate(step)
                 problem.displacement.x.array[:] += step * self._velocity.x.array
-                place(problem, start, number * step)
+                move_tools(problem, start, number * step)
                 self.forces = self._residual.values()
                 self.steps += 1
                 reason = self._trouble() if number % LISTENING == 0 or number == count else None
@@ -133,7 +133,7 @@ class CentralDifferences:
         return self._interrupted()
 
     def _accelerate(self, step: float) -> None:
-        """Velocity half a step after the present place."""
+        """Velocity half a step after the present displacement."""
         owned = self._velocity.x.array[: len(self._mass)]
         before = owned.copy()
         owned *= 1 - 0.5 * self._decay * step

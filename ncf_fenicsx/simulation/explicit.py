@@ -21,7 +21,7 @@ from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.run_record import Result, record
-from ncf_fenicsx.simulation.start import open_problem
+from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.stepping import Ending, March
 from ncf_fenicsx.solver.timing import Phases
 
@@ -60,7 +60,7 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
         raise SceneError("explicit: tool.path.N.force: expected tools whose height is given: they have no mass")
     if not scene.tool:
         raise SceneError("explicit: tool: expected one, whose work the kinetic energy is weighed against")
-    solver = scene.solver.model_copy(update={"steadying": "none", "tangent": "plain", "perturbation": None})
+    solver = scene.solver.model_copy(update={"stabilisation": "none", "tangent": "plain", "perturbation": None})
     settings = scene.explicit or Explicit()
     bare = scene.model_copy(update={"solver": solver, "explicit": settings})
     return ExplicitRun(bare, settings, Path(folder), comm, overwrite).run()
@@ -73,7 +73,7 @@ class ExplicitRun:
         self.scene, self.settings, self.comm, self.phases = scene, settings, comm, Phases()
         self.duration = scene.milestones[-1]
         self.progress, self.interruption = ProgressBar(self.duration, comm), Interruption(comm)
-        self.problem = open_problem(scene, folder, overwrite, comm, self.progress, self.phases)
+        self.problem = build_problem(scene, folder, overwrite, comm, self.progress, self.phases)
         with self.phases("forms"):
             self.measures = Measures(self.problem)
             self.differences = CentralDifferences(self.problem, settings, self.interruption.reason)

@@ -1,4 +1,4 @@
-"""A scene from start to end: the only place that wires the rooms."""
+"""A scene from start to end: the only file that puts mesh, problem, solver, output and report together."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.run_record import Result, record, tolerances
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
-from ncf_fenicsx.simulation.start import open_problem
+from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedStep
 from ncf_fenicsx.simulation.stepping import Ending, March, StepControl, march
 from ncf_fenicsx.solver import Newton
@@ -59,7 +59,7 @@ class Simulation:
         self._restarts = restart and on_root(comm, (folder / NAME).is_file)
         if restart and not self._restarts:
             on_root(comm, lambda: check_restart(folder))
-        self.problem = open_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
+        self.problem = build_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
         with self.phases("forms"):
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)

@@ -49,7 +49,7 @@ class StableStep:
         self._nodes = problem.space.dofmap.list[: len(problem.stack.layer)]
         self._dofs = space.dofmap.list[: len(problem.stack.layer)]
         ones = fem.Constant(problem.mesh, np.ones(3))
-        weight = compat.compile_form(problem.symbols(density) * ufl.inner(ones, variation) * problem.volumes.all)
+        weight = compat.compile_form(problem.constants(density) * ufl.inner(ones, variation) * problem.volumes.all)
         self._masses = self._by_element(fem.assemble_vector(weight).array)
         self._contact = self._contact_frequency(masses)
         start = np.random.default_rng(1).standard_normal(self._masses.shape)

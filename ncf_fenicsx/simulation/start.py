@@ -21,7 +21,7 @@ MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
 """GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see the README, "Memory"."""
 
 
-def open_problem(
+def build_problem(
     scene: Scene, folder: Path, overwrite: bool, comm: MPI.Comm, progress: ProgressBar, phases: Phases
 ) -> Problem:
     """The problem of a scene whose results go to a folder.

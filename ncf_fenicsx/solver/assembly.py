@@ -57,26 +57,26 @@ class TangentMatrix:
 
     Args:
         system: whose tangent.
-        held: this rank's owned dofs whose displacement is given.
+        constrained: this rank's owned dofs whose displacement is given.
 
     Attributes:
         matrix: the PETSc matrix; another object whenever the pattern has grown.
     """
 
-    def __init__(self, system: System, held: Integers) -> None:
+    def __init__(self, system: System, constrained: Integers) -> None:
         self.system = system
         self.matrix: Any = None
         self._nodes = system.displacement.function_space.dofmap.index_map
-        self._free = self._unheld(held)
+        self._free = self._unconstrained(constrained)
         self._links: Integers = np.zeros(0, dtype=np.int64)
         self._pairings = -1
         self.follow_links()
         self.follow_form()
 
-    def _unheld(self, held: Integers) -> NDArray[np.bool_]:
-        """Which dofs of the whole mesh are not held, by global node number, shape (nodes, 3)."""
+    def _unconstrained(self, constrained: Integers) -> NDArray[np.bool_]:
+        """Which dofs of the whole mesh are not constrained, by global node number, shape (nodes, 3)."""
         first, free = 3 * self._nodes.local_range[0], np.ones(3 * self._nodes.size_global, dtype=bool)
-        free[np.concatenate(self._nodes.comm.allgather(first + held.astype(np.int64)))] = False
+        free[np.concatenate(self._nodes.comm.allgather(first + constrained.astype(np.int64)))] = False
         return free.reshape(-1, 3)
 
     def follow_form(self) -> None:
@@ -108,7 +108,7 @@ class TangentMatrix:
         return True
 
     def assemble(self) -> Any:
-        """Tangent in N/m at the present displacement, rows and columns of held dofs those of the unit matrix."""
+        """Tangent in N/m at the present displacement, rows and columns of constrained dofs those of the unit matrix."""
         A: Any = self.matrix
         system = self.system
         A.zeroEntries()
@@ -118,8 +118,8 @@ class TangentMatrix:
         self._fill_pattern()
         for rows, columns, blocks in system.contacts.tangent():
             free = [self._free[nodes].reshape(len(nodes), -1) for nodes in (rows, columns)]
-            unheld = blocks * free[0][:, :, None] * free[1][:, None, :]
-            A.setValuesBlockedRCV(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType), unheld, ADD)
+            entries = blocks * free[0][:, :, None] * free[1][:, None, :]
+            A.setValuesBlockedRCV(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType), entries, ADD)
         A.assemble()
         return A
 

@@ -13,7 +13,7 @@ from ncf_fenicsx.contact.force_control import ForceControl
 Floats = NDArray[np.float64]
 
 
-def border(step: Any, controls: Sequence[ForceControl], solve: Callable[[Any, Any], None], held: Any) -> Floats:
+def border(step: Any, controls: Sequence[ForceControl], solve: Callable[[Any, Any], None], constrained: Any) -> Floats:
     """Correct a step u = K^-1 r for unknown heights h: both K u + C h = r and R u + S h = e hold then.
 
     K is the tangent, whose factors are at hand; C, R and S are the columns, rows and stiffnesses of the controls, e is
@@ -23,7 +23,7 @@ def border(step: Any, controls: Sequence[ForceControl], solve: Callable[[Any, An
         step: u in m; corrected in place.
         controls: the equations.
         solve: solves K x = b for vectors b and x.
-        held: local dofs whose displacement is given.
+        constrained: local dofs whose displacement is given.
 
     Returns:
         The heights in m.
@@ -32,7 +32,7 @@ def border(step: Any, controls: Sequence[ForceControl], solve: Callable[[Any, An
     for control in controls:
         column, row, solved = step.duplicate(), step.duplicate(), step.duplicate()
         column.array[:], row.array[:] = control.column(), control.row()
-        column.array[held] = row.array[held] = 0.0
+        column.array[constrained] = row.array[constrained] = 0.0
         solve(column, solved)
         columns.append(solved)
         rows.append(row)

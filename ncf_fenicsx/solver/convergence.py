@@ -6,7 +6,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ncf_fenicsx.mesh.hexahedra import place
+from ncf_fenicsx.mesh.hexahedra import point_in_words
 from ncf_fenicsx.scene.settings import Solver as Settings
 from ncf_fenicsx.solver.equations import System
 
@@ -94,7 +94,7 @@ class Convergence:
         if iteration < self._patience * self.settings.max_iterations:
             return ""
         if self.cycling:
-            return f"contact opens and closes in turns, most at {self.place_of_largest(update)}"
+            return f"contact opens and closes in turns, most at {self.position_of_largest(update)}"
         return f"Newton's method did not converge in {iteration} iterations"
 
     @property
@@ -129,12 +129,12 @@ class Convergence:
         small = residual <= self.system.scales.force_floor and self._increments[-1] <= FLOOR_INCREMENT * self._allowed
         return small and self._carried
 
-    def place_of_largest(self, values: Floats) -> str:
-        """Undeformed place, in words, of the node with the largest of some values at this rank's owned dofs."""
+    def position_of_largest(self, values: Floats) -> str:
+        """Undeformed position, in words, of the node with the largest of some values at this rank's owned dofs."""
         largest = np.abs(values.reshape(-1, 3)).max(axis=1)
         found = (0.0, [0.0, 0.0, 0.0])
         if len(largest):
             node = int(largest.argmax())
             points = self.system.displacement.function_space.tabulate_dof_coordinates()
             found = (float(largest[node]), points[node].tolist())
-        return place(np.array(max(self.comm.allgather(found))[1]))
+        return point_in_words(np.array(max(self.comm.allgather(found))[1]))

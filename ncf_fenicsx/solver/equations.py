@@ -42,5 +42,5 @@ class System(Protocol):
         """Compiled bilinear form."""
 
     @property
-    def packs(self) -> Integers:
-        """Pack of layers that share nodes, of each owned node, 0 at the bottom."""
+    def sublaminates(self) -> Integers:
+        """Number of the sublaminate, layers that share nodes, of each owned node, 0 at the bottom."""

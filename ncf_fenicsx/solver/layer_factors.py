@@ -26,9 +26,9 @@ class LayerFactors:
     Args:
         comm: ranks that share the tangent.
         symmetric: LDL^T if so, else LU.
-        packs: layer of each of this rank's owned nodes; layers that share nodes count as one.
+        sublaminates: layer of each of this rank's owned nodes; layers that share nodes count as one.
         first: global number of its first dof.
-        held: its owned dofs whose displacement is given.
+        constrained: its owned dofs whose displacement is given.
 
     Attributes:
         preconditioner: PETSc's, that applies them.
@@ -38,19 +38,19 @@ class LayerFactors:
     tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 
     def __init__(
-        self, comm: Any, symmetric: bool, packs: NDArray[np.int64], first: int, held: NDArray[np.int32]
+        self, comm: Any, symmetric: bool, sublaminates: NDArray[np.int64], first: int, constrained: NDArray[np.int32]
     ) -> None:
-        highest = max(comm.tompi4py().allgather(int(packs.max(initial=0))))
-        dofs = first + np.arange(3 * len(packs)).reshape(-1, 3)
+        highest = max(comm.tompi4py().allgather(int(sublaminates.max(initial=0))))
+        dofs = first + np.arange(3 * len(sublaminates)).reshape(-1, 3)
 
         def part(numbers: NDArray[np.int64]) -> Any:
             return PETSc.IS().createGeneral(numbers.ravel().astype(PETSc.IntType), comm)
 
-        self._layers = [part(dofs[packs == pack]) for pack in range(highest + 1)]
-        self._parts = [part(dofs[:, 2]), *self._layers]
-        self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._parts]
+        self._layers = [part(dofs[sublaminates == sublaminate]) for sublaminate in range(highest + 1)]
+        self._kinds = [part(dofs[:, 2]), *self._layers]
+        self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._kinds]
         self._matrix: Any = None
-        self._mode, self._motions = LowestMode(held), list[Any]()
+        self._mode, self._motions = LowestMode(constrained), list[Any]()
         self._residual: Any = None
         self._drop_blocks()
         self.preconditioner = PETSc.PC().create(comm)
@@ -58,7 +58,7 @@ class LayerFactors:
         self.preconditioner.setPythonContext(self)
 
     def _drop_blocks(self) -> None:
-        self._blocks: list[Any] = [None] * len(self._parts)
+        self._blocks: list[Any] = [None] * len(self._kinds)
         self._links: list[Any] = [None] * (len(self._layers) - 1)
 
     def factorise(self, matrix: Any) -> int:
@@ -66,7 +66,7 @@ class LayerFactors:
         self._matrix = matrix
         self.preconditioner.setOperators(matrix)
         within, between = (
-            zip(self._parts, self._blocks, strict=True),
+            zip(self._kinds, self._blocks, strict=True),
             zip(pairwise(self._layers), self._links, strict=True),
         )
         self._blocks = [matrix.createSubMatrix(part, part, block) for part, block in within]
@@ -95,7 +95,7 @@ class LayerFactors:
 
     def _follow(self, number: int, b: Any, x: Any, link: Any = None) -> None:
         """Add to x how a part follows the load b, less what the motion of the one before links to it."""
-        part, motion = self._parts[number], self._motions[number]
+        part, motion = self._kinds[number], self._motions[number]
         load, total = b.getSubVector(part), x.getSubVector(part)
         if link is not None:
             link.mult(self._motions[number - 1], motion)

@@ -28,7 +28,7 @@ class Factors(Protocol):
 
     Attributes:
         exact: whether it is the inverse.
-        tolerance: `ROUGH`'s place for a correction that is taken to be the last of its solve.
+        tolerance: what stands for `ROUGH` in a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
     """
 

@@ -12,8 +12,8 @@ from slepc4py import SLEPc
 
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 
-HELD = 1e6
-"""Stiffness of held dofs over the largest on the diagonal: their eigenvalues are far from the lowest."""
+CONSTRAINED = 1e6
+"""Stiffness of constrained dofs over the largest on the diagonal: their eigenvalues are far from the lowest."""
 FIRST_SHIFT = 1e-12
 """First shift over the largest stiffness on the diagonal."""
 
@@ -26,21 +26,21 @@ DISTINCT = 1e-6
 """Length, of a direction of length one, across those before it that is more than round-off."""
 
 
-def critical_mode(matrix: Any, held: NDArray[np.int32]) -> tuple[float, Any] | None:
+def critical_mode(matrix: Any, constrained: NDArray[np.int32]) -> tuple[float, Any] | None:
     """Lowest eigenvalue in N/m of a symmetric tangent and its eigenvector.
 
     Shifts grow until the shifted tangent has no negative pivot: then no eigenvalue is nearer to it than the lowest.
 
     Args:
-        matrix: the tangent; the diagonal of its held dofs is changed.
-        held: owned local dofs whose displacement is given.
+        matrix: the tangent; the diagonal of its constrained dofs is changed.
+        constrained: owned local dofs whose displacement is given.
 
     Returns:
         None if the eigenvalue solver did not converge.
     """
     diagonal = matrix.getDiagonal()
     largest = diagonal.norm(PETSc.NormType.NORM_INFINITY)
-    diagonal.array[held] = HELD * largest
+    diagonal.array[constrained] = CONSTRAINED * largest
     matrix.setDiagonal(diagonal)
     solver = SLEPc.EPS().create(matrix.getComm())
     solver.setOperators(matrix)
@@ -77,11 +77,11 @@ class LowestMode:
     """A vector with a low Rayleigh quotient, improved by locally optimal conjugate gradients (Knyazev 2001).
 
     Args:
-        held: owned local dofs whose displacement is given; their rows are those of the unit matrix.
+        constrained: owned local dofs whose displacement is given; their rows are those of the unit matrix.
     """
 
-    def __init__(self, held: NDArray[np.int32]) -> None:
-        self._held = held
+    def __init__(self, constrained: NDArray[np.int32]) -> None:
+        self._constrained = constrained
         self._mode: Any = None
 
     def curvature(self, matrix: Any, precondition: Callable[[Any, Any], None]) -> float:
@@ -117,7 +117,7 @@ class LowestMode:
         """Numbers without order."""
         start = matrix.createVecRight()
         start.array[:] = np.sin(np.arange(*start.getOwnershipRange()) ** 2 % 97 + 1.0)
-        start.array[self._held] = 0.0
+        start.array[self._constrained] = 0.0
         return start
 
 

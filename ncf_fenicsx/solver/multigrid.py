@@ -25,8 +25,8 @@ class Multigrid:
 
     Args:
         comm: ranks that share the tangent.
-        places: of this rank's owned nodes in m, shape (nodes, 3).
-        held: its owned dofs whose displacement is given.
+        positions: of this rank's owned nodes in m, shape (nodes, 3).
+        constrained: its owned dofs whose displacement is given.
 
     Attributes:
         preconditioner: PETSc's, that applies it.
@@ -35,8 +35,8 @@ class Multigrid:
     exact = False
     tolerance = 1e-5  # on graded meshes what it makes of a residual is too small
 
-    def __init__(self, comm: Any, places: NDArray[np.float64], held: NDArray[np.int32]) -> None:
-        self._places, self._held, self._mode = places, held, LowestMode(held)
+    def __init__(self, comm: Any, positions: NDArray[np.float64], constrained: NDArray[np.int32]) -> None:
+        self._positions, self._constrained, self._mode = positions, constrained, LowestMode(constrained)
         self._motions: Any = None
         for name, value in OPTIONS.items():
             PETSc.Options()[PREFIX + name] = value
@@ -58,14 +58,14 @@ class Multigrid:
 
     def _rigid_motions(self, matrix: Any) -> Any:
         """What no stress resists, and no smoothing finds."""
-        x, y, z = self._places.T
+        x, y, z = self._positions.T
         none, one = np.zeros_like(x), np.ones_like(x)
         turns = [(none, -z, y), (z, none, -x), (-y, x, none)]
         motions: list[Any] = []
         for motion in [(one, none, none), (none, one, none), (none, none, one), *turns]:
             vector = matrix.createVecRight()
             vector.array[:] = np.stack(motion, axis=1).ravel()
-            vector.array[self._held] = 0.0
+            vector.array[self._constrained] = 0.0
             for other in motions:
                 vector.axpy(-vector.dot(other), other)
             vector.normalize()

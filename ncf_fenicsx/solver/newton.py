@@ -65,14 +65,14 @@ class Newton:
         self.vector = self.residual.vector
         self.unknown = self.vector.duplicate()
         self.load = 0.0
-        held = system.supports.dofs
-        self._held = held[held < self.vector.getLocalSize()]
+        constrained = system.supports.dofs
+        self._constrained = constrained[constrained < self.vector.getLocalSize()]
         keeps = settings.factors in ("kept", "multigrid") or (
             settings.factors == "automatic" and self.vector.getSize() >= LARGE
         )
         self.linear = LinearSolver(self._factors(), keeps)
         self.snes = self._snes()
-        self.tangent = TangentMatrix(system, self._held)
+        self.tangent = TangentMatrix(system, self._constrained)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
 
     def solve(self, patience: int = 1, at_rest: bool = False) -> Outcome:
@@ -114,7 +114,7 @@ class Newton:
         words = self.convergence.given_up or REASONS.get(reason, f"SNES stopped with reason {reason}")
         norm = self.snes.getFunctionNorm()
         if np.isfinite(norm):
-            words += f" ({norm:.2g} N unbalanced, most at {self.convergence.place_of_largest(self.vector.array_r)})"
+            words += f" ({norm:.2g} N unbalanced, most at {self.convergence.position_of_largest(self.vector.array_r)})"
         return words + (f"; its last tangent had {pivots} negative pivots" if pivots else "")
 
     def _negative_pivots(self, reason: int) -> int | None:
@@ -155,7 +155,7 @@ class Newton:
         """
         if self.system.last_iterate is not None:
             self.system.last_iterate.x.array[:] = self.system.displacement.x.array
-        found = critical_mode(self.tangent.assemble(), self._held)
+        found = critical_mode(self.tangent.assemble(), self._constrained)
         if found is None:
             return None
         value, vector = found
@@ -203,10 +203,10 @@ class Newton:
         comm, symmetric = self.vector.comm, self.system.symmetric
         if self.settings.factors == "layers":
             first, _ = self.vector.getOwnershipRange()
-            return LayerFactors(comm, symmetric, self.system.packs, first, self._held)
+            return LayerFactors(comm, symmetric, self.system.sublaminates, first, self._constrained)
         if self.settings.factors == "multigrid":
-            places = self.system.displacement.function_space.tabulate_dof_coordinates()
-            return Multigrid(comm, places[: self.vector.getLocalSize() // 3], self._held)
+            positions = self.system.displacement.function_space.tabulate_dof_coordinates()
+            return Multigrid(comm, positions[: self.vector.getLocalSize() // 3], self._constrained)
         return DirectFactors(comm, symmetric)
 
     @property
@@ -230,7 +230,7 @@ class Newton:
             self._take(x)
             self.residual.assemble(b)
             self.load = self.system.scales.load(b.array_r)
-            b.array[self._held] = x.array_r[self._held]
+            b.array[self._constrained] = x.array_r[self._constrained]
 
     def _tangent(self, snes: Any, x: Any, A: Any, P: Any) -> None:
         del snes, A, P
@@ -252,7 +252,7 @@ class Newton:
         del x
         self.system.contacts.release(self.snes.getIterationNumber() + 1)
         controls = self._controls
-        heights = border(step, controls, self.snes.getKSP().solve, self._held)
+        heights = border(step, controls, self.snes.getKSP().solve, self._constrained)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
         scale = (
             min(0.5 if self.convergence.cycling else 1.0, self.system.scales.increment_cap / largest)

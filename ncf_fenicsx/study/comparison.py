@@ -167,7 +167,7 @@ class Comparison:
         self.differences = [self._difference(name) for name in self.columns]
 
     def _on_both(self, column: str) -> tuple[Floats, Floats, Floats]:
-        """Rows of the history in the stretch that both share: their places, and the values of both there."""
+        """Rows of the history in the stretch that both share: their positions, and the values of both there."""
         (x, y), (x_ref, y_ref) = self.history.over(self.abscissa, column), self.reference.over(self.abscissa, column)
         begin, end = max(x[0], x_ref[0]), min(x[-1], x_ref[-1])
         inside = (x >= begin) & (x <= end)
@@ -179,15 +179,15 @@ class Comparison:
         return x[inside], y[inside], np.interp(x[inside], x_ref, y_ref)
 
     def _difference(self, column: str) -> Difference:
-        places, ours, theirs = self._on_both(column)
+        positions, ours, theirs = self._on_both(column)
         x_ref, y_ref = self.reference.over(self.abscissa, column)
-        inside = (x_ref >= places[0]) & (x_ref <= places[-1])
+        inside = (x_ref >= positions[0]) & (x_ref <= positions[-1])
         largest = float(np.abs([*theirs, *y_ref[inside]]).max())
         off = ours - theirs
         scaled = off / largest if largest else np.where(off == 0, 0.0, math.inf)
         worst = int(np.abs(scaled).argmax())
-        mean = float(np.sqrt(np.trapezoid(scaled**2, places) / np.ptp(places)))
-        return Difference(column, largest, float(abs(scaled[worst])), float(places[worst]), mean, float(scaled[-1]))
+        mean = float(np.sqrt(np.trapezoid(scaled**2, positions) / np.ptp(positions)))
+        return Difference(column, largest, float(abs(scaled[worst])), float(positions[worst]), mean, float(scaled[-1]))
 
     def within(self, tolerance: float) -> bool:
         """Whether no column is further off than a tolerance anywhere."""
@@ -202,18 +202,18 @@ class Comparison:
         widest = np.diff(np.clip(x_ref[np.isfinite(x_ref)], begin, end)).max() / (end - begin)
         if widest > COARSE:
             words.append(f"{self.reference.path}: straight over {100 * widest:.0f} % of what is compared")
-        for path, places in ((self.history.path, x), (self.reference.path, x_ref)):
-            if (np.nanmax(places) - end) + (begin - np.nanmin(places)) > 1e-9 * (end - begin):
+        for path, positions in ((self.history.path, x), (self.reference.path, x_ref)):
+            if (np.nanmax(positions) - end) + (begin - np.nanmin(positions)) > 1e-9 * (end - begin):
                 words.append(f"{path}: only {begin:.6g} to {end:.6g} of its {self.abscissa} is compared")
         return words
 
     def table(self, tolerance: float) -> str:
         """The differences in words, as a Markdown table."""
-        place = f"{self.abscissa} ({unit_of(self.abscissa)})"
+        where = f"{self.abscissa} ({unit_of(self.abscissa)})"
         lines = [
             f"{self.history.path} against {self.reference.path}, over {self.abscissa}",
             "",
-            f"| column | largest | off by at most | at {place} | root mean square | at the end | within |",
+            f"| column | largest | off by at most | at {where} | root mean square | at the end | within |",
             "|---|---|---|---|---|---|---|",
         ]
         for d in self.differences:
@@ -244,11 +244,11 @@ class Comparison:
 
     def _draw_column(self, above: Any, below: Any, difference: Difference) -> None:
         name = difference.column
-        places, ours, theirs = self._on_both(name)
+        positions, ours, theirs = self._on_both(name)
         above.plot(*self.reference.over(self.abscissa, name), "k-", linewidth=2.5, alpha=0.4, label="reference")
         above.plot(*self.history.over(self.abscissa, name), "C0o", markersize=4, label="history")
         above.set(title=name, ylabel=f"{name} ({unit_of(name)})")
-        below.plot(places, 100 * (ours - theirs) / (difference.largest or 1.0), "C3.-", linewidth=1)
+        below.plot(positions, 100 * (ours - theirs) / (difference.largest or 1.0), "C3.-", linewidth=1)
         below.set(xlabel=f"{self.abscissa} ({unit_of(self.abscissa)})", ylabel="difference (% of largest)")
         for here in (above, below):
             here.grid(alpha=0.3)

@@ -64,16 +64,16 @@ class VfField:
         volumes: Floats = np.prod(self.high - self.low, axis=1)
         return volumes
 
-    def at(self, places: Floats) -> Floats:
-        """Vf at undeformed places in m, shape (places, 3): that of the cell which holds each."""
+    def at(self, positions: Floats) -> Floats:
+        """Vf at undeformed positions in m, shape (positions, 3): that of the cell which holds each."""
         columns = []
         index: Integers = np.zeros(len(self.values), dtype=np.int64)
-        where: Integers = np.zeros(len(places), dtype=np.int64)
+        where: Integers = np.zeros(len(positions), dtype=np.int64)
         for axis in range(3):
             edges = np.unique(self.low[:, axis].round(10))
             columns.append(len(edges))
             index = index * len(edges) + np.searchsorted(edges, self.low[:, axis].round(10))
-            inside = np.searchsorted(edges, places[:, axis], side="right") - 1
+            inside = np.searchsorted(edges, positions[:, axis], side="right") - 1
             where = where * len(edges) + np.clip(inside, 0, len(edges) - 1)
         ordered = np.empty(math.prod(columns))
         ordered[index] = self.values

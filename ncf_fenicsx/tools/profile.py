@@ -12,7 +12,7 @@ import ufl
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import Symbols, impossible, parameter
+from ncf_fenicsx.kinds import Constants, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.tools.rigid_surface import Tool, arc
 from ncf_fenicsx.units import Length, PositiveLength
@@ -43,9 +43,9 @@ class Profile(Tool):
             raise impossible("points", x, "expected ascending x")
         return self
 
-    def with_symbols(self, symbols: Symbols) -> Self:
-        """Copy with symbols for its numbers, except for the points: these are compiled into the forms."""
-        return super().with_symbols(symbols).model_copy(update={"points": self.points})
+    def with_constants(self, constants: Constants) -> Self:
+        """Copy with constants for its numbers, except for the points: these are compiled into the forms."""
+        return super().with_constants(constants).model_copy(update={"points": self.points})
 
     @property
     def _corners(self) -> list[Vector]:

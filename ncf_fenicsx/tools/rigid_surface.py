@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.kinds import Choice, Part, parameter
+from ncf_fenicsx.kinds import Choice, Kind, parameter
 from ncf_fenicsx.laws.contact import Enforcement, Friction
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.tools import path as motion
@@ -16,7 +16,7 @@ from ncf_fenicsx.tools.path import Segment
 from ncf_fenicsx.units import Clearance, Length, Penalty
 
 
-class RigidSurface(Part):
+class RigidSurface(Kind):
     """A rigid surface; its reference point is its tip, a point of the surface."""
 
     position: tuple[Length, Length] = parameter(

@@ -217,15 +217,15 @@ def test_a_layer_slides_over_one_that_is_held(folder, stiffness):
         _, forces, simulation = watch(part, folder / str(number))
         layer = simulation.problem.contacts.layers[0]
         traction, pressure = simulation.between[0]
-        places = simulation.problem.space.tabulate_dof_coordinates()
+        positions = simulation.problem.space.tabulate_dof_coordinates()
         nodes = layer.face.owned()
-        far = nodes[abs(places[nodes, 0] - 8.5e-3) < 3e-3]  # not the edge, which hangs over
+        far = nodes[abs(positions[nodes, 0] - 8.5e-3) < 3e-3]  # not the edge, which hangs over
         assert COMM.allreduce(len(far)) == 6 * 2
         assert pressure[far].min(initial=1e9) > 500
         sizes = np.linalg.norm(traction[far], axis=1)
         assert sizes == pytest.approx(0.2 * pressure[far], rel=1e-6)
         assert np.all(sign * traction[far, 0] > 0.19 * pressure[far])
-        held = nodes[places[nodes, 0] < 1e-6]
+        held = nodes[positions[nodes, 0] < 1e-6]
         assert np.all(np.linalg.norm(traction[held], axis=1) < 0.2 * pressure[held])
         assert sign * forces[-1, 0] < -0.1 * forces[-1, 2]
 

@@ -60,18 +60,18 @@ def test_a_soft_weightless_stack_rests_and_passes_a_uniform_pressure_on(folder, 
 
 
 def applied(problem):
-    """Forces in N on the upper nodes with their places in m, and on the lower ones, of all ranks."""
+    """Forces in N on the upper nodes with their positions in m, and on the lower ones, of all ranks."""
     layer, spaces = problem.contacts.layers[0], problem.contacts.body.spaces
-    places = problem.space.tabulate_dof_coordinates() + problem.displacement.x.array.reshape(-1, 3)
+    positions = problem.space.tabulate_dof_coordinates() + problem.displacement.x.array.reshape(-1, 3)
     numbers, residual = layer.residual()
-    everyone = dict(zip(everywhere(spaces.numbers), everywhere(places), strict=True))
+    everyone = dict(zip(everywhere(spaces.numbers), everywhere(positions), strict=True))
     above = np.array([everyone[number] for number in numbers]).reshape(-1, 3)
     upper = COMM.allreduce(-residual.sum(axis=0)), COMM.allreduce(-np.cross(above, residual).sum(axis=0))
     form = layer.pressure_form
-    pushes = np.zeros((len(places), 3))
+    pushes = np.zeros((len(positions), 3))
     pushes[:, 2] = -layer.face.assembled(form)
     owned = slice(spaces.owned)
-    moment = np.cross(places[owned], pushes[owned]).sum(axis=0)
+    moment = np.cross(positions[owned], pushes[owned]).sum(axis=0)
     return upper, (COMM.allreduce(pushes[owned].sum(axis=0)), COMM.allreduce(moment))
 
 

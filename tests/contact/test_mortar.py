@@ -29,22 +29,22 @@ def square(divisions, lift=0.0):
     return grid(x + lift, x)
 
 
-def distorted(places, quads):
+def distorted(positions, quads):
     """Moved inside the unit square, where the boundary stays."""
-    wave = np.sin(np.pi * places[:, :1]) * np.sin(np.pi * places[:, 1:])
-    return places + 0.06 * wave * np.sin(9 * places[:, ::-1] + 3 * places), quads
+    wave = np.sin(np.pi * positions[:, :1]) * np.sin(np.pi * positions[:, 1:])
+    return positions + 0.06 * wave * np.sin(9 * positions[:, ::-1] + 3 * positions), quads
 
 
-def rotated(places, quads, angle, about=(0.5, 0.5)):
+def rotated(positions, quads, angle, about=(0.5, 0.5)):
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return (places - about) @ turn.T + about, quads
+    return (positions - about) @ turn.T + about, quads
 
 
-def shuffled(places, quads):
+def shuffled(positions, quads):
     """The same mesh with other node numbers, another order of elements, and elements turned and turned over."""
-    number = RNG.permutation(len(places))
-    renumbered = np.empty_like(places)
-    renumbered[number] = places
+    number = RNG.permutation(len(positions))
+    renumbered = np.empty_like(positions)
+    renumbered[number] = positions
     turned = np.take_along_axis(number[quads], SYMMETRIES[RNG.integers(8, size=len(quads))], axis=1)
     return renumbered, RNG.permutation(turned), number
 
@@ -66,16 +66,16 @@ SLIPPED = {
 }
 
 
-def linear(places):
-    return 3.0 + 2.0 * places[:, 0] - 5.0 * places[:, 1]
+def linear(positions):
+    return 3.0 + 2.0 * positions[:, 0] - 5.0 * positions[:, 1]
 
 
-def areas(places, quads):
+def areas(positions, quads):
     """Integral of each node's shape function, by the product rule on affine elements."""
-    corners = places[quads]
+    corners = positions[quads]
     side, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]) / 4
-    return np.bincount(quads.ravel(), np.repeat(area, 4), len(places))
+    return np.bincount(quads.ravel(), np.repeat(area, 4), len(positions))
 
 
 def hat_integrals(x, low, high):
@@ -89,8 +89,8 @@ def hat_integrals(x, low, high):
 @pytest.mark.parametrize("mesh", [FINE, grid(graded(6, 1.0, 0.0, 0.8), graded(5, 2.0, 0.7, 0.6)), distorted(*FINE)])
 def test_matching_meshes_pair_node_by_node(mesh, tolerance):
     slave = shuffled(*mesh)[:2]
-    places, quads, number = shuffled(*slave)
-    weights = dual_weights(*slave, places, quads, tolerance)
+    positions, quads, number = shuffled(*slave)
+    weights = dual_weights(*slave, positions, quads, tolerance)
     pairs = csr_matrix((np.ones(len(number)), (np.arange(len(number)), number)), (len(number), len(number)))
     assert weights.rows.nnz == len(number)
     assert abs(weights.rows - pairs).max() == 0
@@ -138,8 +138,8 @@ def test_a_uniform_pressure_loads_the_master_consistently(slave_x, lift, toleran
 
 def test_distorted_faces_that_overhang_share_area_and_moment():
     outline = np.array([[0.3, 0.2], [1.0, 1.0]])
-    slave, (places, quads) = distorted(*square(12)), distorted(*square(9))
-    master = places + outline[0], quads
+    slave, (positions, quads) = distorted(*square(12)), distorted(*square(9))
+    master = positions + outline[0], quads
     coupling, covered, _ = integrals(*slave, *master)
     loads = coupling.T @ np.ones(len(slave[0]))
     area = np.prod(outline[1] - outline[0])
@@ -244,9 +244,9 @@ def test_ranks_without_elements_and_faces_apart_give_nothing():
 
 
 def test_nodes_away_from_the_faces_are_no_partners():
-    places, quads = FINE
-    around = np.concatenate([places + 1e-3, places])[::-1]
-    exact = dual_weights(places, quads, around, 63 - quads, tolerance=0.01).rows
+    positions, quads = FINE
+    around = np.concatenate([positions + 1e-3, positions])[::-1]
+    exact = dual_weights(positions, quads, around, 63 - quads, tolerance=0.01).rows
     assert np.array_equal(exact.toarray(), np.eye(128)[::-1][64:])
-    moved = dual_weights(places, quads, around, len(around) - 1 - quads, tolerance=0.01).rows
+    moved = dual_weights(positions, quads, around, len(around) - 1 - quads, tolerance=0.01).rows
     assert np.array_equal(moved.toarray(), np.eye(128)[::-1][:64])

@@ -13,7 +13,7 @@ NEVER = -1.0
 
 
 def grid(x, y, order=2):
-    """Places and elements over lines of nodes, of which every ``order``-th bounds elements."""
+    """Positions and elements over lines of nodes, of which every ``order``-th bounds elements."""
     Y, X = np.meshgrid(y, x, indexing="ij")
     node = np.arange(X.size).reshape(X.shape)
     starts = [(j, i) for j in range(0, len(y) - 1, order) for i in range(0, len(x) - 1, order)]
@@ -32,14 +32,14 @@ def graded(elements):
     return np.sort(np.concatenate([bounds, (bounds[1:] + bounds[:-1]) / 2]))
 
 
-def wavy(places, elements):
+def wavy(positions, elements):
     """Moved inside the unit square; nodes are no longer halfway, and edges not straight."""
-    wave = np.sin(np.pi * places[:, :1]) * np.sin(np.pi * places[:, 1:])
-    return places + 0.01 * wave * np.sin(9 * places[:, ::-1] + 3 * places), elements
+    wave = np.sin(np.pi * positions[:, :1]) * np.sin(np.pi * positions[:, 1:])
+    return positions + 0.01 * wave * np.sin(9 * positions[:, ::-1] + 3 * positions), elements
 
 
-def linear(places):
-    return 3.0 + 2.0 * places[:, 0] - 5.0 * places[:, 1]
+def linear(positions):
+    return 3.0 + 2.0 * positions[:, 0] - 5.0 * positions[:, 1]
 
 
 def loads(x, order, low, high):
@@ -118,22 +118,22 @@ def test_elements_that_hang_over_share_force_and_moment(lift):
 
 @pytest.mark.parametrize("tolerance", [1e-6, NEVER])
 def test_matching_elements_pair_node_by_node(tolerance):
-    places, elements = square(3)
-    number = np.random.default_rng(3).permutation(len(places))
-    moved = np.empty_like(places)
-    moved[number] = places
-    weights = dual_weights(places, elements, moved, number[elements][::-1], tolerance)
+    positions, elements = square(3)
+    number = np.random.default_rng(3).permutation(len(positions))
+    moved = np.empty_like(positions)
+    moved[number] = positions
+    weights = dual_weights(positions, elements, moved, number[elements][::-1], tolerance)
     dense = weights.rows.toarray()
-    assert dense[np.arange(len(places)), number] == pytest.approx(np.ones(len(places)), abs=1e-12)
-    assert np.count_nonzero(dense) == len(places)
-    assert weights.coverage == pytest.approx(np.ones(len(places)), abs=1e-14)
+    assert dense[np.arange(len(positions)), number] == pytest.approx(np.ones(len(positions)), abs=1e-12)
+    assert np.count_nonzero(dense) == len(positions)
+    assert weights.coverage == pytest.approx(np.ones(len(positions)), abs=1e-14)
 
 
 def test_elements_of_nine_nodes_do_not_pair_with_those_of_four():
-    places, _ = square(2)
+    positions, _ = square(2)
     weights = dual_weights(*square(2), *square(4, order=1))
-    assert weights.rows.nnz > len(places)
-    assert weights.coverage == pytest.approx(np.ones(len(places)), abs=1e-14)
+    assert weights.rows.nnz > len(positions)
+    assert weights.coverage == pytest.approx(np.ones(len(positions)), abs=1e-14)
 
 
 def test_shares_of_a_rectangle_are_those_of_simpsons_rule():

@@ -24,7 +24,7 @@ def coarse(**stack):
 
 
 def curved(x):
-    """Quadratic in the plane, linear across it, in mm of places in m."""
+    """Quadratic in the plane, linear across it, in mm of positions in m."""
     a, b, c = 1e3 * x
     return np.stack([1e-6 * a**2 * b, 1e-6 * b**2 * (1 + c), 1e-6 * (a**2 * b**2 + a * c)])
 
@@ -42,8 +42,8 @@ def test_every_node_bears_a_value_and_has_one_number(order, through):
     assert problem.space.dofmap.index_map.size_global == along * LAYERS * (through + 1)
     numbers = np.concatenate(COMM.allgather(problem.stack.node_numbers(problem.space)[:owned]))
     assert np.array_equal(np.sort(numbers), np.arange(along * LAYERS * (through + 1)))
-    places = problem.space.tabulate_dof_coordinates()
-    steps = places / [12e-3 / (order * X), 6e-3 / (order * Y), THICKNESS / through]
+    positions = problem.space.tabulate_dof_coordinates()
+    steps = positions / [12e-3 / (order * X), 6e-3 / (order * Y), THICKNESS / through]
     assert np.abs(steps - np.rint(steps)).max(initial=0.0) < 1e-9
 
 
@@ -70,8 +70,8 @@ def test_rules_of_integration_are_exact_for_what_elements_need():
     assert total(ufl.inner(u, u) * problem.volumes.all) == pytest.approx(fine, rel=1e-12)
     element = 12e-3 / X * 6e-3 / Y
     shares = face.area[face.owned()] / element * 36
-    places = problem.space.tabulate_dof_coordinates()[face.owned()]
-    inner = (np.abs(places[:, 0] - 6e-3) < 5.9e-3) & (np.abs(places[:, 1] - 3e-3) < 2.9e-3)
+    positions = problem.space.tabulate_dof_coordinates()[face.owned()]
+    inner = (np.abs(positions[:, 0] - 6e-3) < 5.9e-3) & (np.abs(positions[:, 1] - 3e-3) < 2.9e-3)
     assert set(np.rint(shares[inner]).astype(int)) <= {16, 8, 4}
     assert COMM.allreduce(face.area[face.owned()].sum()) == pytest.approx(72e-6, rel=1e-12)
     assert shares[inner] == pytest.approx(np.rint(shares[inner]), abs=1e-9)

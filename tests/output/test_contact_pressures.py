@@ -23,12 +23,12 @@ def read_back(folder, number):
     return mesh.points, mesh.points + mesh.point_data["displacement"], mesh.cells_dict["hexahedron"], mesh, layer, row
 
 
-def area_vectors(places, quads):
+def area_vectors(positions, quads):
     """Upward share of each node in the area of deformed quads, by the edges at their corners, in m2."""
-    total = np.zeros_like(places)
+    total = np.zeros_like(positions)
     for corner in range(4):
         here, ahead, behind = (quads[:, (corner + step) % 4] for step in (0, 1, -1))
-        part = np.cross(places[ahead] - places[here], places[behind] - places[here]) / 4
+        part = np.cross(positions[ahead] - positions[here], positions[behind] - positions[here]) / 4
         np.add.at(total, here, part)
     return total
 
@@ -74,11 +74,11 @@ def test_the_pressure_field_times_the_current_area_is_the_force_on_a_roller(fold
     if COMM.rank:
         return
     for number in (2, -1):
-        points, places, cells, mesh, layer, row = read_back(folder, number)
-        area = np.linalg.norm(area_vectors(places, faces(points, cells, layer == 2, 4e-3)), axis=1)
+        points, positions, cells, mesh, layer, row = read_back(folder, number)
+        area = np.linalg.norm(area_vectors(positions, faces(points, cells, layer == 2, 4e-3)), axis=1)
         x = 8.2e-3 + (travelled if number == -1 else 0.0)
         axis = np.array([x, 0.0, 4e-3 - row["tool_displacement"] + 4e-3])
-        radial = (places - axis) * [1, 0, 1]
+        radial = (positions - axis) * [1, 0, 1]
         normal = -radial / np.linalg.norm(radial, axis=1)[:, None]  # from the fabric towards the axis
         pressure = mesh.point_data["contact_pressure"]
         force = ranks_of_symmetry * pressure * area @ normal
@@ -106,10 +106,10 @@ def test_the_pressure_between_layers_carries_the_plate_and_the_layers_above(fold
     if COMM.rank:
         return
     for number in range(len(result.history)):
-        points, places, cells, mesh, layer, row = read_back(folder, number)
+        points, positions, cells, mesh, layer, row = read_back(folder, number)
         for below in (1, 2, 3):
             quads = faces(points, cells, layer == below, 2e-3 * below)
-            area = area_vectors(places, quads)
+            area = area_vectors(positions, quads)
             nodes = np.unique(quads)
             force = 4 * (mesh.point_data["contact_pressure"][nodes] * area[nodes, 2]).sum()
             carried = row["tool_force"] + row["weight"] * (3 - below) / 3

@@ -20,9 +20,9 @@ def effectivity(count, integral, square):
     mesh = build_mesh(scene, COMM)
     scalars = fem.functionspace(mesh.mesh, ("Lagrange", 1))
     cells = len(mesh.layer)
-    h, places = LENGTH / count, scalars.tabulate_dof_coordinates()[scalars.dofmap.list[:cells]]
-    volumes = np.ptp(places, axis=1).prod(axis=1)
-    low, high = places[:, :, 0].min(axis=1), places[:, :, 0].max(axis=1)
+    h, positions = LENGTH / count, scalars.tabulate_dof_coordinates()[scalars.dofmap.list[:cells]]
+    volumes = np.ptp(positions, axis=1).prod(axis=1)
+    low, high = positions[:, :, 0].min(axis=1), positions[:, :, 0].max(axis=1)
     means = (integral(high) - integral(low)) / h
     estimated = Recovery(scalars, volumes).error(means, 0.0)
     true = ((square(high) - square(low)) / h - means**2) @ volumes

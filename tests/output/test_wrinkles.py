@@ -26,10 +26,10 @@ def graded(n):
 
 def scattered(n):
     """Nodes of a uniform grid, those off the outline moved at random by up to a quarter of the spacing."""
-    places = uniform(n)
-    moved = places + 0.25 * LENGTH / n * np.random.default_rng(n).uniform(-1, 1, places.shape)
-    inside = (places > 1e-9) & (places < np.array([LENGTH, WIDTH]) - 1e-9)
-    return np.where(inside, moved, places)
+    positions = uniform(n)
+    moved = positions + 0.25 * LENGTH / n * np.random.default_rng(n).uniform(-1, 1, positions.shape)
+    inside = (positions > 1e-9) & (positions < np.array([LENGTH, WIDTH]) - 1e-9)
+    return np.where(inside, moved, positions)
 
 
 def sine(position):
@@ -39,10 +39,10 @@ def sine(position):
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("nodes", [uniform, graded, scattered])
 def test_a_sine_has_its_amplitude_wavelength_angle_and_curvature(nodes, axis):
-    places = nodes(160)
-    places = places if axis == 0 else places[:, ::-1]
-    order = np.random.default_rng(0).permutation(len(places))
-    measured = wrinkles(places[order], sine(places[order, axis]))
+    positions = nodes(160)
+    positions = positions if axis == 0 else positions[:, ::-1]
+    order = np.random.default_rng(0).permutation(len(positions))
+    measured = wrinkles(positions[order], sine(positions[order, axis]))
     assert measured.amplitude == pytest.approx(AMPLITUDE, rel=1e-2)
     assert measured.wavelength == pytest.approx(WAVELENGTH, rel=1e-2)
     assert measured.misalignment == pytest.approx(ANGLE, rel=1e-2)
@@ -53,9 +53,9 @@ def test_a_sine_has_its_amplitude_wavelength_angle_and_curvature(nodes, axis):
 def test_angle_and_curvature_converge_under_refinement(nodes, order):
     spacings, errors = [], []
     for n in (20, 40, 80, 160):
-        places = nodes(n)
+        positions = nodes(n)
         # the steepest place lies differently between the nodes of every grid: the worst of some phases
-        found = [wrinkles(places, sine(places[:, 0] + shift)) for shift in np.linspace(0, WAVELENGTH / 2, 12)]
+        found = [wrinkles(positions, sine(positions[:, 0] + shift)) for shift in np.linspace(0, WAVELENGTH / 2, 12)]
         angles = max(abs(w.misalignment / math.atan(2 * math.pi * AMPLITUDE / WAVELENGTH) - 1) for w in found)
         spacings.append(LENGTH / n)
         errors.append([angles, max(abs(w.curvature / CURVATURE - 1) for w in found)])
@@ -73,24 +73,24 @@ def test_both_wavelengths_agree_with_and_without_noise(points):
 
 
 def test_noise_hardly_changes_the_wavelength_of_fine_and_scattered_surfaces():
-    for places in (uniform(200), graded(200), scattered(100)):
-        noise = 0.01 * AMPLITUDE * np.random.default_rng(5).uniform(-1, 1, len(places))
-        assert wrinkles(places, sine(places[:, 0]) + noise).wavelength == pytest.approx(WAVELENGTH, rel=0.03)
+    for positions in (uniform(200), graded(200), scattered(100)):
+        noise = 0.01 * AMPLITUDE * np.random.default_rng(5).uniform(-1, 1, len(positions))
+        assert wrinkles(positions, sine(positions[:, 0]) + noise).wavelength == pytest.approx(WAVELENGTH, rel=0.03)
 
 
 def test_the_line_with_the_largest_amplitude_gives_the_wavelength():
-    places = uniform(200)
-    fading = sine(places[:, 0]) * (1 - places[:, 1] / WIDTH)
-    across = 0.1e-3 * np.sin(2 * np.pi * places[:, 1] / 10e-3)
-    assert wrinkles(places, fading + across).wavelength == pytest.approx(WAVELENGTH, rel=0.01)
+    positions = uniform(200)
+    fading = sine(positions[:, 0]) * (1 - positions[:, 1] / WIDTH)
+    across = 0.1e-3 * np.sin(2 * np.pi * positions[:, 1] / 10e-3)
+    assert wrinkles(positions, fading + across).wavelength == pytest.approx(WAVELENGTH, rel=0.01)
 
 
 def test_flat_and_tilted_surfaces_have_no_wave():
-    for places in (uniform(20), scattered(20)):
-        assert wrinkles(places, np.full(len(places), -1e-3)) == Wrinkles(0.0, 0.0, 0.0, 0.0)
-        rough = wrinkles(places, 1e-12 * np.random.default_rng(2).uniform(-1, 1, len(places)))
+    for positions in (uniform(20), scattered(20)):
+        assert wrinkles(positions, np.full(len(positions), -1e-3)) == Wrinkles(0.0, 0.0, 0.0, 0.0)
+        rough = wrinkles(positions, 1e-12 * np.random.default_rng(2).uniform(-1, 1, len(positions)))
         assert (rough.wavelength, rough.misalignment, rough.curvature) == (0.0, 0.0, 0.0)
-        tilted = wrinkles(places, 0.02 * places[:, 0])
+        tilted = wrinkles(positions, 0.02 * positions[:, 0])
         assert tilted.misalignment == pytest.approx(math.atan(0.02))
         assert tilted.curvature == pytest.approx(0.0, abs=1e-9)
         assert tilted.wavelength == 0.0
@@ -101,8 +101,8 @@ def test_flat_and_tilted_surfaces_have_no_wave():
 def test_a_strip_of_one_line_and_a_round_surface_are_measured_too():
     strip = np.stack([np.linspace(0, LENGTH, 201), np.zeros(201)], axis=1)
     assert wrinkles(strip, sine(strip[:, 0])).wavelength == pytest.approx(WAVELENGTH, rel=1e-3)
-    places = scattered(120)
-    disc = places[np.hypot(places[:, 0] - 0.05, places[:, 1] - 0.025) < 0.025]
+    positions = scattered(120)
+    disc = positions[np.hypot(positions[:, 0] - 0.05, positions[:, 1] - 0.025) < 0.025]
     measured = wrinkles(disc, sine(disc[:, 0]))
     assert measured.wavelength == pytest.approx(WAVELENGTH, rel=0.01)
     assert measured.misalignment == pytest.approx(ANGLE, rel=0.05)

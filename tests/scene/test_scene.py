@@ -17,6 +17,11 @@ ROLLER = DEMOS / "roller.toml"
 
 WRONG = {
     "unknown key": (["stack.thicknes=2 mm"], "stack.thicknes = '2 mm': unknown key; did you mean 'thickness'?"),
+    "former key": (["solver.steadying=none"], "solver.steadying = 'none': renamed; expected 'stabilisation'"),
+    "another former key": (
+        ["solver.travel_cap=0.1"],
+        "solver.travel_cap = 0.1: renamed; expected 'sliding_increment_cap'",
+    ),
     "unknown table": (["tol.radius=2 mm"], "did you mean 'tool'"),
     "wrong unit": (["tool.radius=2 kg"], "tool.radius = '2 kg': expected a positive length"),
     "no unit": (["tool.radius=2"], 'tool.radius = 2: expected a positive length with its unit, such as "2 mm"'),
@@ -29,8 +34,8 @@ WRONG = {
         "solver.perturbation = '0.01 mm': expected none, where a law or contact",
     ),
     "push without help": (
-        ["solver.perturbation=0.01 mm", "solver.steadying=none"],
-        "solver.steadying = 'none': expected \"automatic\" with solver.perturbation",
+        ["solver.perturbation=0.01 mm", "solver.stabilisation=none"],
+        "solver.stabilisation = 'none': expected \"automatic\" with solver.perturbation",
     ),
     "push of no size": (["solver.perturbation=0 mm"], "solver.perturbation = '0 mm': expected a positive length"),
     "trust region under force": (

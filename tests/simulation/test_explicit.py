@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mechanics.time_step import TimeStep, place
+from ncf_fenicsx.mechanics.time_step import TimeStep, move_tools
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
@@ -100,7 +100,7 @@ def test_scaled_speed_is_mass_by_its_square():
 def test_the_stable_step_is_below_that_of_the_whole_and_not_by_much(table):
     problem, differences = marched(table)
     if problem.scene.tool:
-        place(problem, 0.0, 1.0)  # the tool a bit lower: its springs are in the tangent
+        move_tools(problem, 0.0, 1.0)  # the tool a bit lower: its springs are in the tangent
     matrix = Newton(problem, problem.scene.solver, Phases()).tangent.assemble()
     rows, columns, values = matrix.getValuesCSR()
     stiffness = np.zeros(matrix.size)

@@ -8,7 +8,7 @@ from mpi4py import MPI
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
-from ncf_fenicsx.kinds import _parts
+from ncf_fenicsx.kinds import _kinds
 from ncf_fenicsx.laws.compaction import CompactionLaw, Exponential
 from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw
 from ncf_fenicsx.laws.permeability import Gebart
@@ -142,7 +142,7 @@ def test_laws_defined_here_run_in_the_roller_scene(folder):
             assert 0.1 < ratio < 10
             assert abs(ratio - 1) > 0.01
     finally:
-        del _parts["compaction"][Linear.kind], _parts["in_plane"][Quadratic.kind]
+        del _kinds["compaction"][Linear.kind], _kinds["in_plane"][Quadratic.kind]
 
 
 def test_permeability_is_a_field_of_the_cells(table, folder):

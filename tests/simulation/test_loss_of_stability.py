@@ -164,7 +164,7 @@ CRIMPING = {
 @pytest.mark.serial
 def test_a_stack_that_snaps_is_carried_on_by_a_viscosity_that_hardly_shows(folder):
     """Layers with hardly any transverse shear crimp: without it the run stops."""
-    stops = run(Scene.from_table(CRIMPING | {"solver": {"steadying": "none"}}), folder / "stops")
+    stops = run(Scene.from_table(CRIMPING | {"solver": {"stabilisation": "none"}}), folder / "stops")
     assert not stops.done
     assert "even with the smallest time step" in stops.reason
     ends = run(Scene.from_table(CRIMPING), folder / "ends")

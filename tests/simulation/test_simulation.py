@@ -13,7 +13,7 @@ from mpi4py import MPI
 from program import DEMOS
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.kinds import _parts
+from ncf_fenicsx.kinds import _kinds
 from ncf_fenicsx.laws.compaction import Exponential
 from ncf_fenicsx.output.results_folder import FILES, prepare_folder
 from ncf_fenicsx.tools.rigid_surface import Tool
@@ -234,4 +234,4 @@ def test_a_law_and_a_tool_defined_here_run_from_a_scene(table, folder):
         round_ = run(Scene.from_table(table | {"tool": plate | {"kind": "ball_of_this_test"}}), folder / "tool")
         assert 0 < round_.history[-1]["tool_force"] < 0.5 * flat.history[-1]["tool_force"]
     finally:
-        del _parts["compaction"]["linear_of_this_test"], _parts["tool"]["ball_of_this_test"]
+        del _kinds["compaction"]["linear_of_this_test"], _kinds["tool"]["ball_of_this_test"]

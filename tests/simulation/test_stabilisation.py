@@ -43,7 +43,7 @@ def test_it_comes_in_trouble_grows_in_deep_trouble_and_goes_where_steps_hold():
 
 
 def test_it_stays_away_where_the_scene_says_so(table):
-    stabilisation = Stabilisation.of_scene(Scene.from_table(table | {"solver": {"steadying": "none"}}), 1.0)
+    stabilisation = Stabilisation.of_scene(Scene.from_table(table | {"solver": {"stabilisation": "none"}}), 1.0)
     stabilisation.failed(1e-6)
     assert stabilisation.value == 0
 

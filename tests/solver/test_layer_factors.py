@@ -25,7 +25,7 @@ def scene_table(table, change):
 
 def layer_factors(newton):
     system, (first, _) = newton.system, newton.vector.getOwnershipRange()
-    return LayerFactors(newton.vector.comm, system.symmetric, system.packs, first, newton._held)
+    return LayerFactors(newton.vector.comm, system.symmetric, system.sublaminates, first, newton._held)
 
 
 def tangent_of(table):

@@ -29,8 +29,8 @@ def block(divisions):
 
 
 def multigrid(newton, problem):
-    places = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
-    return Multigrid(newton.vector.comm, places, newton._held)
+    positions = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
+    return Multigrid(newton.vector.comm, positions, newton._held)
 
 
 @pytest.mark.parametrize(
@@ -69,10 +69,10 @@ def test_rigid_motions_strain_nothing():
     problem, newton = build(block(3))
     free = assemble_matrix(problem.tangent_form)
     free.assemble()
-    places = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
-    motions = Multigrid(newton.vector.comm, places, np.array([], dtype=np.int32))._rigid_motions(free).getVecs()
+    positions = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
+    motions = Multigrid(newton.vector.comm, positions, np.array([], dtype=np.int32))._rigid_motions(free).getVecs()
     forces, stretched = motions[0].duplicate(), motions[0].duplicate()
-    stretched.array[:] = places.ravel()
+    stretched.array[:] = positions.ravel()
     free.mult(stretched, forces)
     strained = forces.norm() / stretched.norm()
     products = np.array([[one.dot(other) for other in motions] for one in motions])

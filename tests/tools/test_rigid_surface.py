@@ -161,8 +161,8 @@ def test_radii_that_elements_follow_and_the_axle(name, radii, axle):
     assert TOOLS[name].axle == (None if axle is None else pytest.approx(axle))
 
 
-class Symbols:
-    """Symbols that are numbers in UFL and nothing that Python can compare."""
+class Constants:
+    """Constants that are numbers in UFL and nothing that Python can compare."""
 
     def __call__(self, value):
         return ufl.variable(ufl.as_ufl(value))
@@ -173,7 +173,7 @@ class Symbols:
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_symbols_in_place_of_numbers_change_nothing(name):
-    symbolic = SURFACES[name].with_symbols(Symbols())
+    symbolic = SURFACES[name].with_constants(Constants())
     for point in points_about(symbolic, 20, seed=15):
         assert distance(symbolic, point) == pytest.approx(distance(SURFACES[name], point), abs=1e-15)
 

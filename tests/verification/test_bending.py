@@ -44,9 +44,9 @@ def bending_of(table, folder):
     layers, load = table["stack"]["layers"], "roller" if "tool" in table else "weight"
     simulation, history = simulate(table, folder)
     problem = simulation.problem
-    places, u = problem.space.tabulate_dof_coordinates(), problem.displacement.x.array.reshape(-1, 3)
-    end = np.isclose(places[:, 0], 0.1 * layers)
-    heights, sinks = everywhere(places[end, 2]), everywhere(-u[end, 2])
+    positions, u = problem.space.tabulate_dof_coordinates(), problem.displacement.x.array.reshape(-1, 3)
+    end = np.isclose(positions[:, 0], 0.1 * layers)
+    heights, sinks = everywhere(positions[end, 2]), everywhere(-u[end, 2])
     size = 2e-3
     middle = [np.abs(heights - size * (number + 0.5)) < 0.51 * size for number in range(layers)]
     by_layer = np.array([sinks[chosen].mean() for chosen in middle])

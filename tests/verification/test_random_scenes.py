@@ -94,8 +94,8 @@ def check(table):
         assert all(math.isfinite(value) for value in row.values())
         assert 0 < row["vf_min"] <= row["vf_max"] < 1
         carried = row["support_force"] - row["weight"]
-        steadied = row["viscous_force"]  # a bound on what it carries
-        assert carried == pytest.approx(row["tool_force"], rel=1e-5, abs=1e-5 * row["weight"] + steadied)
+        viscous = row["viscous_force"]  # a bound on what it carries
+        assert carried == pytest.approx(row["tool_force"], rel=1e-5, abs=1e-5 * row["weight"] + viscous)
         assert row["tool_force"] > -1e-9 * row["weight"]
     if result.done:
         assert result.history[-1]["time"] == scene.milestones[-1]
