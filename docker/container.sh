@@ -4,12 +4,17 @@
 
 scratch=/ncf_scratch
 
-# Where compiled forms and the log of the build stay between calls: $cache.
+# Where compiled forms and the log of the build stay between calls: $cache. Files are written as the owner of the
+# checkout, so root has one for each owner.
 choose_cache() {
+    local name=ncf-fenicsx
+    owner=$(stat -c %u "$root"); group=$(stat -c %g "$root")
+    if [ "$(id -u)" = 0 ] && [ "$owner" != 0 ]; then name+="-$owner"; fi
     if [ -z "${HOME:-}" ]; then unset HOME; export HOME=~; fi  # from the system's list of users then
-    cache=$(realpath --canonicalize-missing "${XDG_CACHE_HOME:-$HOME/.cache}/ncf-fenicsx")
+    cache=$(realpath --canonicalize-missing "${XDG_CACHE_HOME:-$HOME/.cache}/$name")
     case "$cache" in *:*) fail "$cache: the container cannot share a folder with a colon in its name; set XDG_CACHE_HOME" ;; esac
     mkdir -p "$cache" 2>/dev/null || fail "$cache cannot be made; set XDG_CACHE_HOME to a folder of your own"
+    if [ "$(id -u)" = 0 ]; then chown "$owner:$group" "$cache"; fi
 }
 
 run_in_container() {
@@ -29,11 +34,9 @@ run_in_container() {
     exec "${engine[@]}" run "${options[@]}" "$image" "$@"
 }
 
-# Files are written as the owner of the checkout; inside, that is the user of the image where podman can map it.
+# The owner of the checkout is the user of the image inside, where podman can map it.
 choose_user() {
-    local owner group most
-    owner=$(stat -c %u "$root"); group=$(stat -c %g "$root")
-    if [ "$(id -u)" = 0 ]; then chown "$owner:$group" "$cache"; fi
+    local most
     if [ "${engine[0]}" = docker ]; then
         options+=(--user "$owner:$group")
         if [ "$owner" = 0 ]; then options+=(--env OMPI_ALLOW_RUN_AS_ROOT=1 --env OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1); fi
