@@ -12,7 +12,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from ncf_fenicsx.units import parse_number
 
 
 def parameter(default: Any, description: str, **bounds: Any) -> Any:
@@ -35,6 +38,45 @@ class Settings(BaseModel):
             advice = f"renamed; expected {now!r}" if now else "unknown key; " + nearest(key, list(cls.model_fields))
             raise PydanticCustomError("unknown_key", "{advice}", {"key": key, "value": data[key], "advice": advice})
         return data
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nothing_is_taken_for_another(cls, data: Any) -> Any:
+        """Pydantic would read a text or true as a number, and 1 or "yes" as true: what a reader means is not sure."""
+        for key, value in data.items() if isinstance(data, dict) else ():
+            field = cls.model_fields.get(key)
+            wrong = _no_number(value) if field is not None and _is_bare_number(field) else None
+            words = "" if wrong is None else _expected_number(wrong)
+            if field is not None and field.annotation is bool and not isinstance(value, bool):
+                words = "expected true or false"
+            if words:
+                raise PydanticCustomError("mistaken", "{words}", {"key": key, "value": value, "words": words})
+        return data
+
+
+def _expected_number(wrong: str | bool) -> str:
+    meant = parse_number(wrong.replace(",", ".")) if isinstance(wrong, str) else None
+    return "expected a number" + ("" if meant is None else f" as TOML has it: {meant:g}")
+
+
+def _no_number(value: Any) -> str | bool | None:
+    """The first text or truth value in a value or a list of values; None without one."""
+    if isinstance(value, list | tuple):
+        return next((found for item in value if (found := _no_number(item)) is not None), None)
+    return value if isinstance(value, str | bool) else None
+
+
+def _is_bare_number(field: FieldInfo) -> bool:
+    """Whether a field holds whole or real numbers that are read as they stand, one or a list of them."""
+    leaves, open_types, marks = set(), [field.annotation], list(field.metadata)
+    while open_types:
+        current = open_types.pop()
+        marks += getattr(current, "__metadata__", ())
+        arguments = [item for item in getattr(current, "__args__", ()) if item is not Ellipsis]
+        leaves |= set() if arguments else {current}
+        open_types += arguments
+    reads = any(hasattr(mark, "__get_pydantic_core_schema__") for mark in marks)
+    return not reads and bool(leaves & {int, float}) and leaves <= {int, float, type(None)}
 
 
 class Constants(Protocol):

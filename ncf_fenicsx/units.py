@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any
@@ -10,21 +11,75 @@ from typing import Annotated, Any
 import pint
 from pydantic_core import CoreSchema, core_schema
 
+SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+RAISED = "[⁻]?[⁰¹²³⁴-⁹]+"
+SPACES = " \N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}"
+DIGITS = r"\d{1,3}(?:[\u2009\u202f]\d{3})+|\d+"
+"""Whole number; thin spaces may set off groups of three digits, as in print."""
+NUMBER = re.compile(
+    rf"(?P<sign>[+\-−]?)(?P<digits>(?:{DIGITS})(?:\.\d*)?|\.\d+)"
+    rf"(?:[eE](?P<exponent>[+\-−]?\d+)|\s?×\s?10(?:\^(?P<power>[+\-−]?\d+)|(?P<raised>{RAISED})))?",
+    re.ASCII,
+)
+FACTOR = rf"[A-Za-zµμ°%]+(?:(?:\^|\*\*)?-?[0-9]|{RAISED})?"
+UNIT = re.compile(rf"{FACTOR}(?: ?[/*·] ?{FACTOR})*")
+ATTACHED_POWER = re.compile(r"(?<=[A-Za-zµμ°%])(-?[0-9])")
+
 
 @cache
 def _registry() -> pint.UnitRegistry:
     return pint.UnitRegistry()
 
 
+def parse_number(text: object) -> float | None:
+    """Value of one number written as text, read to the last digit; None if the text is anything else.
+
+    Sign, digits, point and exponent, as in ``-1.5e3`` or in print, ``−1.5 × 10³``. No comma, no space between digits,
+    no underscore, and no word for infinity.
+    """
+    match = NUMBER.fullmatch(text.strip()) if isinstance(text, str) else None
+    return None if match is None else _value(match)
+
+
+def _value(match: re.Match[str]) -> float:
+    digits = re.sub(r"\s", "", match["digits"])
+    power = match["exponent"] or match["power"] or (match["raised"] or "0").translate(SUPERSCRIPTS)
+    return float(f"{match['sign']}{digits}e{power}".replace("−", "-"))
+
+
 def parse_quantity(text: object, symbol: str) -> float | None:
-    """Value in the SI unit ``symbol`` of a quantity written as text; None if the text is no such quantity."""
-    if not isinstance(text, str):
+    """Value in the SI unit ``symbol`` of one number and one unit written as text; None if the text is anything else.
+
+    Powers in a unit are written m2, m^2, m**2 or m²; factors are joined by one of / * ·. Nothing is evaluated: what is
+    not read whole is not read.
+    """
+    match = NUMBER.match(text.strip()) if isinstance(text, str) else None
+    if match is None:
         return None
+    unit = match.string[match.end() :].lstrip(SPACES)
+    if UNIT.fullmatch(unit) is None:
+        return None
+    plain = ATTACHED_POWER.sub(r"**\1", re.sub(RAISED, lambda raised: str(raised[0]).translate(SUPERSCRIPTS), unit))
     try:
-        value = float(_registry().Quantity(text).to(symbol).magnitude)
-    except Exception:  # pint hands on whatever its tokeniser raises for malformed text
+        value = float(_registry().Quantity(_value(match), _registry().parse_units(plain)).to(symbol).magnitude)
+    except (pint.errors.PintError, AttributeError, ValueError, OverflowError):
         return None
     return value if math.isfinite(value) else None
+
+
+def advice(text: object, symbol: str) -> str:
+    """What a text that is no quantity was likely meant to be, to go after what was expected; empty without a guess."""
+    if not isinstance(text, str):
+        return ""
+    guesses = {
+        "a decimal point": re.sub(r"(?<=\d),(?=\d)", ".", text),
+        "no space between digits": re.sub(r"(?<=\d)\s+(?=\d)", "", text),
+        "no underscore between digits": text.replace("_", ""),
+    }
+    for words, guess in guesses.items():
+        if guess != text and parse_quantity(guess, symbol) is not None:
+            return f'; {words}: "{guess.strip()}"'
+    return "; a number before the unit" if parse_quantity(f"1 {text}", symbol) is not None else ""
 
 
 @dataclass(frozen=True)
@@ -58,7 +113,8 @@ class Quantity:
         number = parse_quantity(value, self.symbol)
         if number is None or number <= self.above or number < self.least:
             words = ' or "infinite"' if self.infinite else ""
-            raise ValueError(f'expected {self.meaning} with its unit, such as "{self.example}"{words}')
+            likely = advice(value, self.symbol) if number is None else ""
+            raise ValueError(f'expected {self.meaning} with its unit, such as "{self.example}"{words}{likely}')
         return number
 
     def write(self, value: float | None) -> str:
@@ -101,7 +157,10 @@ class PenaltyField:
         is_factor = isinstance(value, int | float) and not isinstance(value, bool)
         number = float(value) if is_factor else parse_quantity(value, "Pa/m")  # type: ignore[arg-type]
         if number is None or not 0 < number < math.inf:
-            raise ValueError('expected a positive factor, such as 10, or a stiffness per area, such as "1e9 Pa/m"')
+            likely = advice(value, "Pa/m") if number is None else ""
+            raise ValueError(
+                f'expected a positive factor, such as 10, or a stiffness per area, such as "1e9 Pa/m"{likely}'
+            )
         return PenaltyStiffness(number, is_factor)
 
     def write(self, penalty: PenaltyStiffness) -> float | str:

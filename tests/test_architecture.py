@@ -13,7 +13,8 @@ from ncf_fenicsx.scene.laws import Laws
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ROW = (
-    ("units", "kinds", "errors", "version"),
+    ("units", "errors", "version"),
+    ("kinds",),
     ("laws",),
     ("tools",),
     ("scene",),

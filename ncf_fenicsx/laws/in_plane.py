@@ -86,7 +86,8 @@ def _read_plies(value: Any) -> Any:
 
 
 def _read_angles(entries: Any) -> tuple[float, ...]:
-    if not entries or not all(isinstance(angle, int | float) and math.isfinite(angle) for angle in entries):
+    numbers = all(type(angle) in (int, float) and math.isfinite(angle) for angle in entries)
+    if not entries or not numbers:
         raise ValueError("expected angles in degrees, such as [0, 45, 90], or such a list for each layer")
     return tuple(float(angle) for angle in entries)
 

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.measures import COLUMNS
-from ncf_fenicsx.units import parse_quantity
+from ncf_fenicsx.units import parse_number, parse_quantity
 
 Floats = NDArray[np.float64]
 
 HEADING = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(\[(?P<unit>[^\[\]]*)\])?\s*")
 NUMBER = re.compile(r"(_layer)?_\d+$")
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
 JUDGED = re.compile(r"(tool_force|vf_mean|vf_max|gap_max|void_volume)(_\d+)?")
@@ -65,6 +66,7 @@ class Curves:
         except (OSError, UnicodeDecodeError, csv.Error) as error:
             reason = getattr(error, "strerror", None) or error
             raise SceneError(f"{path}: {reason}; expected a history as CSV") from error
+        _check_separators(path, heading, rows)
         columns = {}
         for number, text in enumerate(heading):
             name, factor = _column(path, text)
@@ -104,7 +106,7 @@ def _column(path: Path, heading: str) -> tuple[str, float | None]:
     wanted = unit_of(name)
     if wanted is None or unit is None:
         return name, None if wanted is None else 1.0
-    factor = parse_quantity(f"1 {unit}", wanted)
+    factor = 1.0 if unit == wanted == "1" else parse_quantity(f"1 {unit}", wanted)
     if factor is None:
         raise SceneError(f"{path}: column {name} in {unit!r}; expected a unit of {wanted}")
     return name, factor
@@ -112,10 +114,21 @@ def _column(path: Path, heading: str) -> tuple[str, float | None]:
 
 def _value(path: Path, name: str, row: list[str], number: int) -> float:
     text = row[number].strip() if number < len(row) else ""
-    try:
-        return float(text) if text else float("nan")
-    except ValueError:
-        raise SceneError(f"{path}: {name} = {text!r}; expected a number") from None
+    value = parse_number(text) if text and text.lower() != "nan" else math.nan
+    if value is None:
+        raise SceneError(f"{path}: {name} = {text!r}; expected a number with a decimal point, such as 1.2e-3")
+    return value
+
+
+def _check_separators(path: Path, heading: list[str], rows: list[list[str]]) -> None:
+    """Raise a SceneError that names a separator other than a comma, or a row that is longer than the heading."""
+    found = next((name for mark, name in SEPARATORS.items() if len(heading) == 1 and mark in heading[0]), None)
+    if found is not None:
+        raise SceneError(f"{path}: {found} separate the columns; expected commas, and points in numbers")
+    for number, row in enumerate(rows, 2):
+        if len(row) > len(heading):
+            text = ",".join(row)
+            raise SceneError(f"{path}: line {number} has {len(row)} values ({text}); expected {len(heading)}")
 
 
 @dataclass(frozen=True)
