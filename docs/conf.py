@@ -31,6 +31,7 @@ html_math_renderer = "katex"
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
+autodoc_default_options = {"exclude-members": "model_config"}
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 """Attributes of a class as fields of its description: they do not clash with its properties of the same name."""

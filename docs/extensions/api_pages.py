@@ -12,6 +12,8 @@ from sphinx.application import Sphinx
 
 PACKAGE = "ncf_fenicsx"
 BESIDE = "beside the folders"
+COLON = "\0"
+"""Stands for a colon in docstrings of constants and attributes: napoleon would take what is before it for a type."""
 SPECIAL = str.maketrans({"*": r"\*", "|": r"\|", "_": r"\_"})
 """What reStructuredText would take for markup where a docstring means a formula."""
 
@@ -35,10 +37,16 @@ def _page(folder: Path, title: str, module: str) -> Iterator[str]:
         yield from ("   :members:", "   :show-inheritance:", "")
 
 
+def hide_colons(_app: Sphinx, what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
+    """Keep napoleon from reading a sentence with a colon as a type and a meaning."""
+    if what in ("attribute", "data", "property"):
+        lines[:] = [line.replace(":", COLON) for line in lines]
+
+
 def escape(_app: Sphinx, _what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
     """Show formulas in docstrings as they are; what stands between double backquotes is left alone."""
     for number, line in enumerate(lines):
-        parts = line.split("``")
+        parts = line.replace(COLON, ":").split("``")
         lines[number] = "``".join(part if index % 2 else _plain(part) for index, part in enumerate(parts))
 
 
@@ -58,6 +66,7 @@ def signature(_app: Sphinx, what: str, _name: str, thing: object, *_: Any) -> tu
 def setup(app: Sphinx) -> dict[str, Any]:
     """Write the pages before they are read."""
     app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", hide_colons, priority=100)
     app.connect("autodoc-process-docstring", escape, priority=900)
     app.connect("autodoc-process-signature", signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
