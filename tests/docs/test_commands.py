@@ -1,4 +1,4 @@
-"""Commands in README and manual: blocks marked ``sh`` are run at a coarse size, commands within lines are checked.
+"""Commands in README and manual: blocks marked ``sh`` or ``python`` are run at a coarse size, others are checked.
 
 A comment above each block says how it is run: see "This manual" in ``docs/developing.md``.
 """
@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"(?:^<!-- *(?P<comment>[^\n]*?) *-->\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```", re.M | re.S)
 COMMENT = re.compile(r"(?P<how>run|run slow|not run)(?:: *(?P<rest>.+))?")
 INLINE = re.compile(r"`docker/run ([^`]+)`")
+RUN = ("sh", "python")
+"""Languages of blocks that are run."""
 LONGEST = 600
 """Seconds that a command may take."""
 
@@ -30,6 +33,7 @@ class Block:
     """A block of commands with the comment above it."""
 
     place: str
+    language: str
     comment: str
     text: str
 
@@ -41,7 +45,9 @@ class Block:
 
     @property
     def commands(self):
-        """Words of each command as they stand there, without comments."""
+        """Words of each command as they stand there, without comments; a script is one command."""
+        if self.language == "python":
+            return [["docker/run", "python3", "-c", self.text]]
         lines = self.text.replace("\\\n", " ").splitlines()
         return [words for words in (shlex.split(line, comments=True) for line in lines) if words]
 
@@ -57,19 +63,19 @@ def takes_arguments(words):
     return "benchmark" in words or any(word.endswith((".toml", ".py")) for word in words)
 
 
-def blocks():
+def blocks(*languages):
     for page in PAGES:
         text = page.read_text("utf-8")
         for found in BLOCK.finditer(text):
-            if found["language"] == "sh":
+            if found["language"] in languages:
                 line = text.count("\n", 0, found.start("text"))
-                yield Block(f"{page.name}:{line}", found["comment"] or "", found["text"])
+                yield Block(f"{page.name}:{line}", found["language"], found["comment"] or "", found["text"])
 
 
 def runs():
     """Each block to be run, unless all of its commands are run by blocks before it."""
     seen = set()
-    for block in blocks():
+    for block in blocks(*RUN):
         how, _ = block.mark
         if how.startswith("run") and not set(block.coarse) <= seen:
             seen.update(block.coarse)
@@ -107,16 +113,21 @@ def test_commands_run(block, checkout):
         assert ended.returncode == 0, f"{shlex.join(words)}\n{ended.stdout[-2000:]}\n{ended.stderr[-2000:]}"
 
 
-@pytest.mark.parametrize("block", blocks(), ids=lambda block: block.place)
+@pytest.mark.parametrize("block", blocks(*RUN), ids=lambda block: block.place)
 def test_each_block_says_how_it_is_run(block):
     how, rest = block.mark
     assert how, f"{block.place}: expected <!-- run -->, <!-- run: ARGUMENTS --> or <!-- not run: REASON --> above"
     assert how != "not run" or rest, f"{block.place}: expected a reason"
 
 
+@pytest.mark.parametrize("block", blocks("toml"), ids=lambda block: block.place)
+def test_scenes_can_be_read(block):
+    Scene.from_table(tomllib.loads(block.text))
+
+
 def named():
     """Place and words of every command of `docker/run`, in blocks and within lines."""
-    for block in blocks():
+    for block in blocks(*RUN):
         for words in block.commands:
             if words[0] == "docker/run":
                 yield pytest.param(words[1:], id=f"{block.place} {words[1]}")
