@@ -1,3 +1,3 @@
 """Version of the program, for its package and for the records of its runs."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0.dev0"

@@ -1,4 +1,4 @@
-"""``pyproject.toml`` names what the package needs; the image, the README and the imports agree with it."""
+"""``pyproject.toml`` names what the package needs; the image, the manual and the imports agree with it."""
 
 import ast
 import re
@@ -78,9 +78,8 @@ def test_the_package_imports_what_it_depends_on_and_no_more():
     assert [name for name, own in modules.items() if not own & imported] == []
 
 
-def test_the_readme_names_all_for_conda():
-    command = re.search(
-        r"conda create -n ncf -c conda-forge (.*?)&&", (ROOT / "README.md").read_text("utf-8"), re.DOTALL
-    )
+def test_the_manual_names_all_for_conda():
+    manual = (ROOT / "docs" / "installing.md").read_text("utf-8").replace("\\\n", " ")
+    command = re.search(r"conda create -n ncf -c conda-forge (.*?)\n", manual)
     listed = {word.split("=")[0] for word in shlex.split(command[1])}
     assert listed == {CONDA.get(name, name) for name in needed() | extra("dev")}

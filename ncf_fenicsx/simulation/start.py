@@ -18,7 +18,7 @@ from ncf_fenicsx.solver.timing import Phases
 
 MEMORY_OF_PROGRAM = 0.18
 MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
-"""GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see the README, "Memory"."""
+"""GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see docs/performance.md."""
 
 
 def build_problem(
