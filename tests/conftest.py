@@ -18,6 +18,12 @@ def pytest_collection_modifyitems(items):
                 item.add_marker(pytest.mark.skip(reason="for one rank"))
 
 
+def pytest_collection_finish():
+    """What is imported by now stays; to look through it after each test took longer than most tests."""
+    gc.collect()
+    gc.freeze()
+
+
 def pytest_xdist_auto_num_workers():
     """Tests on several ranks keep all cores busy as it is; else a process for each core."""
     return 0 if COMM.size > 1 else None
