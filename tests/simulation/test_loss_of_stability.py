@@ -11,6 +11,8 @@ from program import DEMOS
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.output.energies import Energies
 
+pytestmark = pytest.mark.two_ranks
+
 MODULUS, SHEAR = 1e9, 1e5
 
 
