@@ -11,11 +11,17 @@ COMM = MPI.COMM_WORLD
 
 
 def pytest_collection_modifyitems(items):
-    """Leave out tests for one rank where there are several."""
-    if COMM.size > 1:
+    """Leave out tests for fewer ranks than there are."""
+    for mark, most in (("serial", 1), ("two_ranks", 2)):
         for item in items:
-            if item.get_closest_marker("serial"):
-                item.add_marker(pytest.mark.skip(reason="for one rank"))
+            if most < COMM.size and item.get_closest_marker(mark):
+                item.add_marker(pytest.mark.skip(reason=f"for {most} at most"))
+
+
+def pytest_collection_finish():
+    """What is imported by now stays; to look through it after each test took longer than most tests."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_xdist_auto_num_workers():

@@ -11,6 +11,8 @@ import ncf_fenicsx
 from ncf_fenicsx.kinds import kinds
 from ncf_fenicsx.scene.laws import Laws
 
+pytestmark = pytest.mark.serial
+
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ROW = (
     ("units", "errors", "version"),

@@ -120,6 +120,7 @@ STEPS = {"small": {"largest_step": "1 s"}, "large": {"first_step": "2.5 s", "lar
 
 
 @pytest.mark.parametrize(("roll", "steps"), [(False, "small"), (True, "small"), (False, "large")])
+@pytest.mark.two_ranks
 def test_a_roller_travels_under_a_constant_force(folder, roll, steps):
     """Over the stack from inside towards its free end, which it comes near: it sinks there, its force stays."""
     tool = TOOLS["cylinder"] | {"position": ["4 mm", "0 mm"]}

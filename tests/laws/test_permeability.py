@@ -4,6 +4,8 @@ import pytest
 
 from ncf_fenicsx.laws.permeability import Gebart, KozenyCarman
 
+pytestmark = pytest.mark.serial
+
 GEBART = [  # Vf, along and across in m2 at a fibre radius of 3.6 um, worked out apart from the program
     ("quadratic", 0.4, 2.4556e-12, 5.2887e-13),
     ("quadratic", 0.5, 9.0947e-13, 1.6748e-13),

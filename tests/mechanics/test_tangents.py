@@ -7,6 +7,8 @@ from dolfinx import fem
 
 from ncf_fenicsx.mesh import compat
 
+pytestmark = pytest.mark.two_ranks
+
 SOFT = {"in_plane": {"modulus": "1 MPa"}}  # so that round-off of the fibres hides nothing else
 FAMILIES = {"kind": "fibre_families", "modulus": "2 MPa", "modulus_compression": "1 MPa", "transition": 1e-3}
 LAWS = {

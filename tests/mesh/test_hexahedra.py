@@ -7,6 +7,8 @@ from ncf_fenicsx import Scene
 from ncf_fenicsx.mesh import hexahedra
 from ncf_fenicsx.mesh.stack_mesh import stack_of
 
+pytestmark = pytest.mark.serial
+
 
 def test_grading_follows_its_formula_on_both_sides_of_the_focus():
     s = np.linspace(0, 1, 31)

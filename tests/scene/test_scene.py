@@ -13,6 +13,8 @@ from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.scene.keys import keys
 from ncf_fenicsx.units import parse_quantity
 
+pytestmark = pytest.mark.serial
+
 ROLLER = DEMOS / "roller.toml"
 
 WRONG = {
@@ -164,7 +166,6 @@ FILES = {
 }
 
 
-@pytest.mark.serial
 @pytest.mark.parametrize("case", FILES)
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_a_wrong_scene_ends_with_code_2_and_writes_nothing(case, command, tmp_path):
@@ -183,7 +184,6 @@ def test_a_wrong_scene_ends_with_code_2_and_writes_nothing(case, command, tmp_pa
     assert sorted(tmp_path.iterdir()) == before
 
 
-@pytest.mark.serial
 def test_results_are_not_overwritten_unasked(tmp_path):
     (tmp_path / "kept").write_text("precious")
     command = [

@@ -18,6 +18,8 @@ from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
 from ncf_fenicsx.study.comparison import Comparison, Curves
 
+pytestmark = pytest.mark.two_ranks
+
 COMM = MPI.COMM_WORLD
 HEIGHT, LAYERS, MODULUS = 2e-3, 4, 1e6
 COLUMN = {

@@ -13,6 +13,8 @@ from ncf_fenicsx.laws.compaction import CompactionLaw, Exponential
 from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw
 from ncf_fenicsx.laws.permeability import Gebart
 
+pytestmark = pytest.mark.two_ranks
+
 COMM = MPI.COMM_WORLD
 
 

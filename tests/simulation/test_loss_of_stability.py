@@ -12,6 +12,8 @@ from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.output.energies import Energies
 
+pytestmark = pytest.mark.two_ranks
+
 MODULUS, SHEAR = 1e9, 1e5
 
 

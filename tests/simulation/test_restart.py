@@ -54,7 +54,12 @@ TABLES["order 2"] = contact_case("nitsche")
 TABLES["order 2"]["stack"] |= {"order": 2, "divisions": [[3, 1], [4, 2]]}
 
 
-@pytest.mark.parametrize("name", TABLES)
+ON_THREE_RANKS = ("penalty and stitches", "memory of the laws", "order 2")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in ON_THREE_RANKS else pytest.mark.two_ranks) for name in TABLES]
+)
 def test_a_run_that_goes_on_repeats_the_history_of_one_that_never_stopped(folder, name):
     table = TABLES[name] | {"output": {"picture": False}}
     whole = run(Scene.from_table(table), folder / "whole")

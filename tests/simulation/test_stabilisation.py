@@ -5,6 +5,8 @@ import pytest
 from ncf_fenicsx import Scene
 from ncf_fenicsx.simulation.stabilisation import DEEP_TROUBLE, LOWER, PLAIN_TROUBLE, RAISE, TROUBLE, Stabilisation
 
+pytestmark = pytest.mark.serial
+
 
 def rule(stability_lost=True):
     return Stabilisation(first=1e7, first_step=1.0, stability_lost=stability_lost)

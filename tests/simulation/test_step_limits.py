@@ -7,6 +7,8 @@ from assembled import COMM
 
 from ncf_fenicsx import Scene, run
 
+pytestmark = pytest.mark.two_ranks
+
 STACK = {"layers": 1, "size": ["6 mm", "4 mm"], "divisions": [4, 2], "grading": [0, 0]}
 SPEED = 1e-3 / 60
 

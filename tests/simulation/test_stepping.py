@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from ncf_fenicsx.simulation.stepping import Ending, StepControl, march
 
+pytestmark = pytest.mark.serial
+
 CONTROL = StepControl(first=1.0, smallest=1e-3, largest=5.0, growth=1.5, cut=0.4, target_iterations=6, max_steps=100)
 
 

@@ -4,10 +4,13 @@ import re
 import tempfile
 from pathlib import Path
 
+import pytest
 from mpi4py import MPI
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.study.run_cost import benchmark_run
+
+pytestmark = pytest.mark.two_ranks
 
 
 def test_a_run_is_weighed(table, monkeypatch, folder):

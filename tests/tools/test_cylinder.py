@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from surfaces import BALL, CYLINDER, distance, points_about, tool
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize(
     ("point", "expected"),

@@ -6,6 +6,8 @@ from surfaces import MM, MOULDS, distance, mould, points_about, tool
 
 from ncf_fenicsx.errors import one_line
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize(("name", "kind"), [("ridge", "cylinder"), ("dome", "sphere")])
 def test_a_convex_mould_is_a_tool_upside_down(name, kind):

@@ -5,6 +5,8 @@ import pytest
 from ncf_fenicsx import Scene
 from ncf_fenicsx.tools import path as motion
 
+pytestmark = pytest.mark.serial
+
 
 def path(*segments):
     return Scene.from_table({"tool": {"path": list(segments)}}).segments

@@ -3,6 +3,8 @@
 import pytest
 from surfaces import FOOT, PLATE, distance, points_about, tool
 
+pytestmark = pytest.mark.serial
+
 
 def test_a_huge_sphere_is_a_plate():
     huge = tool("sphere", radius="1e4 m")

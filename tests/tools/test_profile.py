@@ -14,6 +14,8 @@ from surfaces import (
     tool,
 )
 
+pytestmark = pytest.mark.serial
+
 
 def test_on_its_polyline_a_profile_has_derivatives():
     first, second = derivatives(PROFILE)

@@ -23,6 +23,8 @@ from surfaces import (
 
 from ncf_fenicsx import Scene, SceneError
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize(
     ("made", "point", "expected"),

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from layers import everywhere, simulate
 
+pytestmark = pytest.mark.two_ranks
+
 
 def cantilever(layers, kind, load):
     """Strips of 10 cm a layer that neither shear nor lock: E/G (h/L)^2 / 3 and G/E (element/h)^2 are below 1 %."""

@@ -8,6 +8,8 @@ import pytest
 from mpi4py import MPI
 from program import DEMOS
 
+pytestmark = pytest.mark.two_ranks
+
 COMM = MPI.COMM_WORLD
 DEMO = DEMOS / "verification" / "hertz.py"
 

@@ -18,6 +18,9 @@ from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
 
+pytestmark = pytest.mark.serial
+
+
 # Vf0 and Eq. 5
 
 
@@ -122,7 +125,6 @@ def test_compaction_presses_the_fibres_as_printed_and_leaves_them_alone_by_defau
     assert numbers(NeoHookean().stress(pressed)) == pytest.approx(np.zeros((2, 2)))
 
 
-@pytest.mark.serial
 def test_newton_dies_at_four_hundredths_of_a_millimetre_as_printed(folder):
     scene = Scene.read(DEMOS / "long_roller.toml", ["laws.in_plane={kind='as_printed'}", "solver.smallest_step=0.1 s"])
     result = run(scene, folder)

@@ -5,6 +5,8 @@ import pytest
 
 from ncf_fenicsx import Scene, SceneError, run
 
+pytestmark = pytest.mark.two_ranks
+
 RELAXATION = {
     "stack": {"layers": 2, "size": ["6 mm", "4 mm"], "divisions": [2, 1], "grading": [0, 0]},
     "laws": {"relaxation": {"kind": "maxwell", "branches": [{"share": 0.3, "time": "5 s"}]}},

@@ -14,6 +14,8 @@ from ncf_fenicsx import Scene
 from ncf_fenicsx.scene.stack import Stack
 from ncf_fenicsx.simulation import Simulation
 
+pytestmark = pytest.mark.two_ranks
+
 COMM = MPI.COMM_WORLD
 PEAK, FORCE = 0.01, 0.005
 """Largest relative errors of the peak pressure and of the total force."""
