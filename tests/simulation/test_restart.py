@@ -96,7 +96,7 @@ def test_a_checkpoint_of_another_mesh_or_scene_is_refused(folder):
     other = table | {"stack": table["stack"] | {"divisions": [5, 2]}}
     with pytest.raises(SceneError, match=r"rows of .*; expected"):
         run(Scene.from_table(other), folder / "run", restart=True)
-    with pytest.raises(SceneError, match="parts are not those of the scene"):
+    with pytest.raises(SceneError, match="fields are not those of the scene"):
         run(Scene.from_table(table | {"laws": {}}), folder / "run", restart=True)
 
 
