@@ -78,10 +78,8 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.simulation.start import preview
-    from ncf_fenicsx.simulation.stepping import StepControl
 
-    duration = scene.milestones[-1]
-    say(scene.to_toml() + "\n" + preview(scene, StepControl.of(scene.solver, duration), duration))
+    say(scene.to_toml() + "\n" + preview(scene))
 
 
 @app.command("keys")

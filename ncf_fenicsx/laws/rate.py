@@ -27,6 +27,11 @@ class RateLaw(Law):
         """Closing speed in m/s that the factor is taken at: that of the process."""
         return step.process_speed
 
+    @property
+    def follows_motion(self) -> bool:
+        """Whether the speed is that of the fabric, which changes within a step."""
+        return type(self).speed is not RateLaw.speed
+
     def apply(self, step: CompactionStep, slow: Expression) -> Expression:
         """Pressure in Pa at the step's speed from that of slow loading.
 
@@ -102,6 +107,11 @@ class KellyRate(RateLaw):
             return step.process_speed
         closed = step.initial_volume_fraction * (1 / step.old_volume_fraction - 1 / step.volume_fraction)
         return self.reference_thickness * closed * step.inverse_time_step
+
+    @property
+    def follows_motion(self) -> bool:
+        """With a local speed."""
+        return self.feed == "local"
 
     def caution(self, conditions: Conditions) -> str | None:
         """The printed exponent makes the stress fall with speed, and negative from a speed on."""

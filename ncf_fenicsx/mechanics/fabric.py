@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import ufl
@@ -51,11 +51,28 @@ class Fabric(Material):
 
     def pressure(self, kinematics: Kinematics) -> Expression:
         """Compaction pressure in Pa, per reference area: rate factor times slow pressure, plus what relaxes."""
-        laws, step = self.laws, self.compaction_step(kinematics)
-        unloading, relaxation = laws.unloading, laws.relaxation
-        slow = step.loading(step.volume_fraction) if unloading is None else unloading.pressure(step, self.states)
+        return self._pressure(self.compaction_step(kinematics), self.states)
+
+    def _pressure(self, step: CompactionStep, states: dict[str, Expression]) -> Expression:
+        laws, unloading, relaxation = self.laws, self.laws.unloading, self.laws.relaxation
+        slow = step.loading(step.volume_fraction) if unloading is None else unloading.pressure(step, states)
         pressure = laws.rate.apply(step, slow)
-        return pressure if relaxation is None else pressure + relaxation.pressure(step, self.states)
+        return pressure if relaxation is None else pressure + relaxation.pressure(step, states)
+
+    def pressure_in_halves(self, kinematics: Kinematics, middle: Expression) -> Expression:
+        """The same pressure where the step is taken in two halves, with a Vf between them.
+
+        Args:
+            kinematics: strains at the end of the step.
+            middle: Vf in the middle of the step.
+        """
+        whole = self.compaction_step(kinematics)
+        half = {"time_step": whole.time_step / 2, "inverse_time_step": 2 * whole.inverse_time_step}
+        first = replace(whole, volume_fraction=middle, **half)
+        states = {"volume_fraction": middle}
+        for law in self.laws.stateful:
+            states |= law.updated_states(first, self.states)
+        return self._pressure(replace(whole, old_volume_fraction=middle, **half), states)
 
     def normal_stress(self, kinematics: Kinematics) -> Expression:
         """Of the pressure per reference area, and of a shear energy that follows the thickness, in Pa."""

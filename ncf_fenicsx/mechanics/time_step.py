@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mechanics.stabilising_viscosity import Viscosity
+from ncf_fenicsx.mechanics.time_error import TimeError
 from ncf_fenicsx.mesh.state_fields import Location, StateField, commit, rollback
 from ncf_fenicsx.tools import path as motion
 
@@ -32,6 +33,7 @@ class Outcome:
         hopeless: whether no smaller step would hold either.
         negative_pivots: of the last factors, or a mode found without them; more than none in equilibrium is a loss of
             stability. None with LU.
+        time_error: estimated local error in time over the largest pressure so far; 0 where laws do not follow time.
     """
 
     converged: bool
@@ -39,6 +41,7 @@ class Outcome:
     reason: str
     hopeless: bool = False
     negative_pivots: int | None = None
+    time_error: float = 0.0
 
     def followed_by(self, later: Outcome) -> Outcome:
         """This solve and one after it, as one."""
@@ -61,6 +64,7 @@ class TimeStep:
         time: at the end of the present step in s.
         size: of the present step in s, 0 at rest.
         viscosity: what stabilises the stack; None before there was any.
+        time_error: estimates the local error in time; None where no tolerance is given or laws do not follow time.
     """
 
     def __init__(
@@ -71,12 +75,15 @@ class TimeStep:
         predicts: bool = True,
     ) -> None:
         self.problem, self._solve, self._predicts = problem, solve, predicts
+        controls = predicts and problem.scene.controls_time_error
+        self.time_error = TimeError(problem) if controls else None
         self.viscosity: Viscosity | None = None
         nothing = np.zeros_like(problem.start.x.array)
         self._velocity = StateField("velocity", Location.NODES, nothing.copy(), self._new_velocity)
         self._drift = StateField("drift", Location.NODES, nothing.copy())
         self._push = StateField("push", Location.NODES, nothing.copy())
         self.state = [*problem.state, self._velocity, *more]
+        self.state += self.time_error.state if self.time_error is not None else []
         self.state += [self._drift] if problem.scene.solver.may_stabilise else []
         self.state += [self._push] if problem.scene.solver.perturbation is not None else []
         self.time = self.size = 0.0
@@ -90,11 +97,21 @@ class TimeStep:
         defect = self.problem.admissibility.violation() if outcome.converged else None
         if defect is not None:
             outcome = replace(outcome, converged=False, reason=defect)
+        if outcome.converged and self.time_error is not None:
+            outcome = self._judged(outcome, self.time_error.relative())
         if not outcome.converged:
             self.rollback(time)
             if self.problem.scene.solver.perturbation is not None:
                 self.push(-0.5 * self._push.committed)
         return outcome
+
+    def _judged(self, outcome: Outcome, error: float) -> Outcome:
+        """An outcome whose step is too long for its local error in time does not hold."""
+        tolerance = self.problem.scene.solver.time_tolerance
+        if error <= tolerance:
+            return replace(outcome, time_error=error)
+        reason = f"local error in time of {100 * error:.2g} %, above solver.time_tolerance = {100 * tolerance:g} %"
+        return replace(outcome, converged=False, time_error=error, reason=reason)
 
     def accept(self, measure: Callable[[], Measured]) -> Measured:
         """Measure the trial state, then commit it; what was measured."""
@@ -114,6 +131,8 @@ class TimeStep:
             problem.last_iterate.x.array[:] = start
         problem.displacement.x.array[:] = start + (size * self._velocity.committed if same_way else 0.0)
         set_clock(problem, self.time, size)
+        if self.time_error is not None:
+            self.time_error.begin(size, same_way)
         problem.contacts.begin(time, size)
         problem.contacts.refresh()
         self._drift.values *= same_way

@@ -80,6 +80,11 @@ class Laws(Settings):
         return self.model_copy(update=laws)
 
     @property
+    def follow_time(self) -> bool:
+        """Whether the pressure at the end of a step depends on the steps that lead to it."""
+        return self.solid is None and (self.rate.follows_motion or self.relaxation is not None)
+
+    @property
     def symmetric(self) -> bool:
         """Whether the tangent is symmetric: with Vf0 / J, area changes a pressure that does no work on it."""
         by_volume = self.solid is None and self.volume_fraction == "volume"

@@ -168,6 +168,11 @@ class Scene(Settings):
         return self.laws.symmetric and all(way.contact.symmetric and way.friction is None for way in self.contacts)
 
     @property
+    def controls_time_error(self) -> bool:
+        """Whether the local error in time decides on the size of steps."""
+        return self.laws.follow_time and self.solver.time_tolerance < 1
+
+    @property
     def segments(self) -> list[Segment]:
         """All pieces of all tools' paths."""
         return [segment for tool in self.tool for segment in tool.path]

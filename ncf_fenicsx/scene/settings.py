@@ -15,10 +15,20 @@ class Solver(Settings):
     """Time steps and Newton's method."""
 
     renamed: ClassVar[dict[str, str]] = {"steadying": "stabilisation", "travel_cap": "sliding_increment_cap"}
-    first_step: PositiveTime | None = parameter(None, description="first time step; duration / 30 unless given")
-    largest_step: PositiveTime | None = parameter(None, description="largest time step; duration / 8 unless given")
+    first_step: PositiveTime | None = parameter(
+        None, description="first time step of each piece of the path; its duration / 30 unless given"
+    )
+    largest_step: PositiveTime | None = parameter(
+        None, description="largest time step; duration of the piece / 8 unless given"
+    )
     smallest_step: PositiveTime | None = parameter(None, description="step at which a run stops; first_step / 1e4")
     max_steps: PositiveInt = parameter(1000, description="number of accepted steps at which a run stops")
+    time_tolerance: float = parameter(
+        0.005,
+        gt=0,
+        description="local error in time over the largest pressure so far above which a step is taken again, smaller; "
+        "for laws that follow time (a local speed, relaxation). 1 or more for none",
+    )
     target_iterations: PositiveInt = parameter(6, description="Newton iterations that keep the step size as it is")
     max_iterations: PositiveInt = parameter(15, description="Newton iterations at which a step is cut")
     growth: float = parameter(1.5, ge=1, description="largest factor from one step to the next")

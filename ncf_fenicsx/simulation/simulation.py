@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from ncf_fenicsx.simulation.run_record import Result, record, tolerances
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedStep
-from ncf_fenicsx.simulation.stepping import Ending, March, StepControl, march
+from ncf_fenicsx.simulation.stepping import Ending, March, march, pieces
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
 
@@ -54,7 +55,7 @@ class Simulation:
 
     def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool = False) -> None:
         self.scene, self.comm, self.phases = scene, comm, Phases()
-        self.milestones, self.control = scene.milestones, StepControl.of(scene.solver, scene.milestones[-1])
+        self.milestones, self.pieces = scene.milestones, pieces(scene)
         self.progress, self.interruption = ProgressBar(self.milestones[-1], comm), Interruption(comm)
         self._restarts = restart and on_root(comm, (folder / NAME).is_file)
         if restart and not self._restarts:
@@ -65,8 +66,8 @@ class Simulation:
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
             solver = AugmentedNewton(self.problem, self.newton)
             self.time_step = TimeStep(self.problem, solver.solve, [self.measures.energies.state])
-            self.stabilisation = Stabilisation.of_scene(scene, self.control.first)
-            self.steps = StabilisedStep(self.time_step, self.stabilisation)
+            self.stabilisation = Stabilisation.of_scene(scene, self.pieces[0].control.first)
+            self.steps = StabilisedStep(self.time_step, self.stabilisation, self.pieces)
         if not self._restarts:
             on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
@@ -84,8 +85,7 @@ class Simulation:
             ended = self._resume() if self._restarts else self._start()
             if ended.ending is Ending.DONE:
                 ended = march(
-                    self.control,
-                    self.milestones,
+                    self.pieces,
                     self.steps.attempt,
                     self.accept,
                     ended,
@@ -101,7 +101,7 @@ class Simulation:
         settling = Settling(self.steps)
         start = settling.run()
         if start.ending is Ending.DONE:
-            start.size = min(self.control.first, self.control.largest)
+            start.size = math.inf
             self.accept(start, 0.0, settling.outcome)
         return start
 
@@ -158,6 +158,7 @@ class Simulation:
                 "size": progress.size,
                 "steps": progress.steps,
                 "cuts": progress.cuts,
+                "fresh": progress.fresh,
                 "iterations": self.steps.iterations,
                 "cuts_before": self._cuts_before,
                 "seconds": self._seconds,
@@ -179,7 +180,7 @@ class Simulation:
         self.stabilisation.value = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
-        return March(time=saved["time"], size=saved["size"], steps=saved["steps"], cuts=saved["cuts"])
+        return March(**{name: saved[name] for name in ("time", "size", "steps", "cuts", "fresh")})
 
     @property
     def _seconds(self) -> float:

@@ -13,7 +13,7 @@ from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.results_folder import check_folder
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
-from ncf_fenicsx.simulation.stepping import StepControl
+from ncf_fenicsx.simulation.stepping import pieces
 from ncf_fenicsx.solver.timing import Phases
 
 MEMORY_OF_PROGRAM = 0.18
@@ -49,13 +49,11 @@ def build_problem(
     return problem
 
 
-def preview(scene: Scene, control: StepControl, duration: float) -> str:
+def preview(scene: Scene) -> str:
     """Lines on what will be built: mesh, terms, unknowns, steps, memory.
 
     Args:
         scene: the case.
-        control: its step sizes.
-        duration: of its path in s.
 
     Raises:
         SceneError: its mesh is not valid, or a tool starts in the stack.
@@ -83,7 +81,10 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
         f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns:.2g} GB",
-        f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
+        *(
+            f"path to {end:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)"
+            for end, control in pieces(scene)
+        ),
         *(f"caution: {caution}" for caution in (*scene.cautions, *stack.cautions)),
     ]
     return "\n".join(lines)

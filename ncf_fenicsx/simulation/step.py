@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
-from ncf_fenicsx.simulation.stepping import Ending, March, StepControl, march
+from ncf_fenicsx.simulation.stepping import Ending, March, Piece, StepControl, march
 from ncf_fenicsx.solver import Newton
 
 SHARES = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25, target_iterations=10, max_steps=200)
@@ -45,21 +47,25 @@ class StabilisedStep:
     Args:
         time_step: takes the problem from state to state.
         stabilisation: decides on the viscosity.
+        pieces: of the run, whose first steps say what is small.
 
     Attributes:
         iterations: Newton iterations so far, those of failed steps included.
     """
 
-    def __init__(self, time_step: TimeStep, stabilisation: Stabilisation) -> None:
-        self.time_step, self.stabilisation = time_step, stabilisation
+    def __init__(self, time_step: TimeStep, stabilisation: Stabilisation, pieces: Sequence[Piece] = ()) -> None:
+        self.time_step, self.stabilisation, self._pieces = time_step, stabilisation, pieces
         self.iterations = 0
 
     def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
         """Try the step from a time by a size (s), with a factor on Newton's iterations."""
+        now = next((piece.control for piece in self._pieces if time < piece.end), None)
+        self.stabilisation.first_step = now.first if now is not None else self.stabilisation.first_step
         self.time_step.stabilise(self.stabilisation.value)
         outcome = self.time_step.attempt(time, size, patience)
         self.iterations += outcome.iterations
-        if size and not outcome.converged:
+        too_long = self.time_step.time_error is not None and outcome.time_error > 0  # no trouble
+        if size and not outcome.converged and not too_long:
             self.stabilisation.failed(size)
         return outcome
 
@@ -87,7 +93,7 @@ class Settling:
 
     def run(self) -> March:
         """The march at time 0; its end says whether the stack rests, in the trial state."""
-        ended = march(SHARES, [1.0], self._attempt, self._accept)
+        ended = march([Piece(1.0, SHARES)], self._attempt, self._accept)
         if ended.ending is Ending.DONE:
             return March()
         return March().stop(f"the stack does not come to rest under its own weight: {ended.reason}")

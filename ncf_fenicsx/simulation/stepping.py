@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol, TypeVar
+from itertools import pairwise
+from typing import NamedTuple, Protocol, TypeVar
 
+from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.settings import Solver
 
 
@@ -30,7 +32,17 @@ class Attempt(Protocol):
     def hopeless(self) -> bool:
         """Whether no smaller step would hold either."""
 
+    @property
+    def time_error(self) -> float:
+        """Estimated local error in time, 0 where there is none."""
 
+
+FIRST_STEPS = 30
+"""Steps of the first one's size that a piece of a path has unless given."""
+AIM = 0.7
+"""Share of the tolerance in time that the next step aims at."""
+BAND = 1.25
+"""Sizes that follow the error do so in bands: round-off (another number of ranks) does not change them."""
 Tried = TypeVar("Tried", bound=Attempt)
 
 
@@ -53,6 +65,7 @@ class StepControl:
         cut: factor on a step that failed.
         target_iterations: iterations, up to half as many more, that keep the size.
         max_steps: accepted steps at which a march stops.
+        time_tolerance: local error in time that a step may have.
     """
 
     first: float
@@ -62,11 +75,18 @@ class StepControl:
     cut: float
     target_iterations: int
     max_steps: int
+    time_tolerance: float = 1.0
 
     @classmethod
-    def of(cls, settings: Solver, duration: float) -> StepControl:
-        """That of a scene's settings, sizes that these do not name taken from its duration (s)."""
-        first = settings.first_step or duration / 30
+    def of(cls, settings: Solver, duration: float, controls_time_error: bool) -> StepControl:
+        """That of a scene's settings for a piece of its path; sizes not given are shares of its duration (s).
+
+        Nothing is known of the local error in time before the first step of a piece: where that is controlled, this
+        step is never longer than the share.
+        """
+        share = duration / FIRST_STEPS
+        given = settings.first_step or share
+        first = min(given, share) if controls_time_error else given
         return cls(
             first=first,
             smallest=settings.smallest_step or first / 1e4,
@@ -75,6 +95,7 @@ class StepControl:
             cut=settings.cut,
             target_iterations=settings.target_iterations,
             max_steps=settings.max_steps,
+            time_tolerance=settings.time_tolerance,
         )
 
     def next_size(self, size: float, iterations: int) -> float:
@@ -86,6 +107,12 @@ class StepControl:
         factor = self.target_iterations / iterations if 2 * iterations > 3 * self.target_iterations else 1.0
         factor = self.growth if iterations < self.target_iterations else factor
         return max(min(size * factor, self.largest), self.smallest)
+
+    def share_allowed(self, error: float) -> float:
+        """Factor on a step with a local error in time, of first order, that leaves it below the tolerance; in bands."""
+        if error <= 0:
+            return math.inf
+        return float(BAND ** math.floor(math.log(AIM * self.time_tolerance / error, BAND)))
 
     @staticmethod
     def fit(size: float, remaining: float) -> float:
@@ -102,6 +129,7 @@ class March:
         size: size in s of the next step to try.
         steps: accepted steps.
         cuts: steps cut so far.
+        fresh: whether a piece is still to be begun.
         ending: how it ended.
         reason: in words.
     """
@@ -110,6 +138,7 @@ class March:
     size: float = 0.0
     steps: int = 0
     cuts: int = 0
+    fresh: bool = True
     ending: Ending = Ending.DONE
     reason: str = "end of the path reached"
 
@@ -119,26 +148,47 @@ class March:
         return self
 
 
+class Piece(NamedTuple):
+    """A piece of a march.
+
+    Attributes:
+        end: time in s that steps land on.
+        control: sizes of its steps.
+    """
+
+    end: float
+    control: StepControl
+
+
+def pieces(scene: Scene) -> list[Piece]:
+    """Pieces of the path of a scene, each with its own sizes: what comes later changes nothing before it."""
+    ends = scene.milestones
+    controls = [
+        StepControl.of(scene.solver, end - start, scene.controls_time_error) for start, end in pairwise([0.0, *ends])
+    ]
+    return [Piece(*pair) for pair in zip(ends, controls, strict=True)]
+
+
 def march(
-    control: StepControl,
-    milestones: list[float],
+    pieces: Sequence[Piece],
     attempt: Callable[[float, float], Tried],
     accept: Callable[[March, float, Tried], None],
     progress: March | None = None,
     longest: Callable[[float, float], float] = lambda time, size: size,  # noqa: ARG005
 ) -> March:
-    """Step through all milestones.
+    """Step through all pieces.
 
     Args:
-        control: sizes of steps.
-        milestones: times in s, ascending, that steps land on.
+        pieces: with their ends, ascending.
         attempt: tries the step from a time by a size (s), and leaves no trace if it fails.
         accept: told the march at its new time, the size of the step (s) and its attempt.
         progress: march to go on with; from time 0 unless given.
         longest: step (s) from a time, no longer than a size, that may be taken.
     """
-    progress = progress or March(size=min(control.first, control.largest))
-    for milestone in milestones:
+    progress = progress or March(size=math.inf)
+    for milestone, control in pieces:
+        if progress.time < milestone and progress.fresh:
+            progress.size, progress.fresh = min(progress.size, control.first, control.largest), False
         while progress.time < milestone:
             if progress.steps >= control.max_steps:
                 return progress.stop(f"max_steps = {control.max_steps} reached")
@@ -147,17 +197,20 @@ def march(
             step = longest(progress.time, wanted)
             outcome = attempt(progress.time, step)
             if outcome.converged:
-                progress.time = milestone if step == remaining else progress.time + step
+                progress.fresh = step == remaining
+                progress.time = milestone if progress.fresh else progress.time + step
                 progress.steps += 1
                 shortened = step == remaining or step < wanted
                 reached = max(step, progress.size) if shortened else step
                 progress.size = control.next_size(reached, outcome.iterations)
+                progress.size = min(progress.size, control.share_allowed(outcome.time_error) * step)
                 accept(progress, step, outcome)
                 continue
             if outcome.hopeless:
                 return progress.stop(outcome.reason)
             progress.cuts += 1
-            progress.size = control.cut * step
+            too_long = outcome.time_error > control.time_tolerance
+            progress.size = (control.share_allowed(outcome.time_error) if too_long else control.cut) * step
             if progress.size < control.smallest:
                 return progress.stop(f"{outcome.reason}, even with the smallest time step ({step:.3g} s)")
     return progress

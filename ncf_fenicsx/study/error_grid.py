@@ -106,7 +106,12 @@ class Variants:
 
     def _steps(self, count: float) -> tuple[str, ...]:
         size = self._duration / count
-        return f"solver.first_step={size!r} s", f"solver.largest_step={size!r} s", "solver.max_steps=100000"
+        return (
+            f"solver.first_step={size!r} s",
+            f"solver.largest_step={size!r} s",
+            "solver.max_steps=100000",
+            "solver.time_tolerance=1",
+        )
 
     def _touching(self) -> Iterator[tuple[str, RigidSurface | OneSided]]:
         """Tools and interfaces that may open, with their keys."""

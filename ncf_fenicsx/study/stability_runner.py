@@ -77,7 +77,12 @@ class Runner:
         if row["ending"] != "done":
             return row
         size = self._mean_step(case) / self.refinement
-        steps = (f"solver.first_step={size!r} s", f"solver.largest_step={size!r} s", "solver.max_steps=100000")
+        steps = (
+            f"solver.first_step={size!r} s",
+            f"solver.largest_step={size!r} s",
+            "solver.max_steps=100000",
+            "solver.time_tolerance=1",
+        )
         reference = self._one(case, "_reference", steps)
         if reference["ending"] == "done" and float(reference["force_N"]):
             row["reference_force_N"] = reference["force_N"]

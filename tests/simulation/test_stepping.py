@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ncf_fenicsx.simulation.stepping import Ending, StepControl, march
+from ncf_fenicsx.simulation.stepping import Ending, Piece, StepControl, march
 
 pytestmark = pytest.mark.serial
 
@@ -19,11 +19,16 @@ class Try:
     iterations: int = 4
     reason: str = "the test says so"
     hopeless: bool = False
+    time_error: float = 0.0
 
 
 def run(attempt, milestones=(30.0,), control=CONTROL):
     accepted = []
-    ended = march(control, list(milestones), attempt, lambda progress, size, _: accepted.append((progress.time, size)))
+    ended = march(
+        [Piece(end, control) for end in milestones],
+        attempt,
+        lambda progress, size, _: accepted.append((progress.time, size)),
+    )
     return ended, accepted
 
 
@@ -45,6 +50,34 @@ def test_every_milestone_is_met_exactly(durations):
     assert ended.ending is Ending.DONE
     assert set(milestones) <= set(times)
     assert times == sorted(times)
+
+
+def test_each_piece_begins_with_its_own_first_step_and_what_follows_changes_nothing_before():
+    long, short = replace(CONTROL, first=8.0, largest=50.0), CONTROL
+    alone, before = run(lambda *_: Try())
+    both = []
+    march([Piece(30.0, short), Piece(400.0, long)], lambda *_: Try(), lambda at, size, _: both.append((at.time, size)))
+    assert alone.ending is Ending.DONE
+    assert both[: len(before)] == before
+    assert both[len(before)][1] <= 8.0
+    assert max(size for _, size in both) > short.largest
+
+
+def test_a_step_with_too_large_an_error_in_time_is_taken_again_as_small_as_it_has_to_be():
+    control = replace(CONTROL, time_tolerance=0.01)
+    tries = []
+
+    def attempt(time, size):
+        tries.append((time, size))
+        error = 0.04 * size if time < 10 else 1e-6
+        return Try(converged=error <= 0.01, time_error=error)
+
+    ended, accepted = run(attempt, control=control)
+    assert ended.ending is Ending.DONE
+    assert all(size <= 0.25 for time, size in accepted if time - size < 10)
+    assert sum(time < 10 for time, _ in tries) < 10 / 0.25 * 2.2  # in bands, not far below
+    assert ended.cuts <= 3  # the error of one step sets the size of the next
+    assert max(size for _, size in accepted) > 3.0
 
 
 def test_hard_steps_shrink_and_the_target_keeps_the_size():
@@ -104,8 +137,7 @@ def test_a_step_that_may_not_be_longer_is_shortened_and_does_not_shrink_the_next
 
     accepted = []
     ended = march(
-        CONTROL,
-        [30.0],
+        [Piece(30.0, CONTROL)],
         lambda *_: Try(iterations=7),
         lambda at, size, _: accepted.append((at.time, size)),
         None,
@@ -125,7 +157,11 @@ def test_a_march_that_goes_on_takes_the_steps_of_one_that_never_stopped(stop):
 
     whole, all_steps = run(attempt)
     states, later = [], []
-    march(replace(CONTROL, max_steps=stop), [30.0], attempt, lambda progress, *_: states.append(replace(progress)))
-    ended = march(CONTROL, [30.0], attempt, lambda progress, size, _: later.append((progress.time, size)), states[-1])
+    march(
+        [Piece(30.0, replace(CONTROL, max_steps=stop))], attempt, lambda progress, *_: states.append(replace(progress))
+    )
+    ended = march(
+        [Piece(30.0, CONTROL)], attempt, lambda progress, size, _: later.append((progress.time, size)), states[-1]
+    )
     assert later == all_steps[stop:]
     assert (ended.time, ended.steps) == (whole.time, whole.steps)
