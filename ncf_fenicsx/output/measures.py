@@ -87,11 +87,12 @@ class Measures:
         self._weight = self._vertical_force(weight)
         self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
 
-    def observe(self, residual: Floats) -> dict[str, float]:
+    def observe(self, residual: Floats, time: float) -> dict[str, float]:
         """Measured columns of the history in the trial state, before it is committed: stress follows the states before.
 
         Args:
             residual: out-of-balance forces in N of the owned dofs, reactions included.
+            time: in s.
         """
         self.cells = {name: self._integrals(name) / self._volume for name in self._forms if name != "volume"}
         permeability = self.problem.scene.output.permeability
@@ -101,7 +102,7 @@ class Measures:
         row = self._tools() | self._supports(residual) | {"weight": self.copies * self._weight}
         if self.has_fibres:
             row |= self._volume_fractions(self.cells["volume_fraction"])
-        return row | self.energies.observe() | self.contacts.observe()
+        return row | self.energies.observe(time) | self.contacts.observe()
 
     def _tools(self) -> dict[str, float]:
         row = {}

@@ -114,7 +114,7 @@ class ExplicitRun:
         if not outcome.converged:
             return outcome.reason
         with self.phases("output"):
-            measured = self.time_step.accept(lambda: self.measures.observe(self.differences.forces))
+            measured = self.time_step.accept(lambda: self.measures.observe(self.differences.forces, end))
             cost = {"explicit_steps": outcome.iterations, "wall_time": self.phases.total}
             row = {"time": end, "time_step": end - start} | measured | self._energies(measured) | cost
             self.history.append(row)

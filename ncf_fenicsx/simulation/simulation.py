@@ -122,7 +122,7 @@ class Simulation:
 
     def _measure(self, time: float, outcome: Outcome) -> dict[str, float]:
         """Measures of the trial state at a time (s); a loss of stability is noticed."""
-        measured = self.measures.observe(self.newton.evaluate_residual())
+        measured = self.measures.observe(self.newton.evaluate_residual(), time)
         self.stability.watch(time, outcome, measured.get("viscous_share", 0.0))
         return measured
 

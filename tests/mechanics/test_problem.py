@@ -199,7 +199,7 @@ def test_the_normal_stress_is_that_of_the_whole_energy(table):
     F = np.array([[1.03, 0.01, 0.08], [0.0, 0.98, -0.05], [0.02, 0.01, 0.85]])
     assign(problem, lambda x: (F - np.eye(3)) @ x)
     measures = Measures(problem)
-    measures.observe(np.zeros(3 * problem.contacts.body.spaces.owned))
+    measures.observe(np.zeros(3 * problem.contacts.body.spaces.owned), 0.0)
     made = problem.scene.laws
 
     def energy(F):

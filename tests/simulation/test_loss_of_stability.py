@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from assembled import COMM, assign, build, step_of
 from program import DEMOS
+from scipy.integrate import simpson
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mechanics.time_step import TimeStep
@@ -120,7 +121,8 @@ PRESSED = {
 def test_the_work_of_a_tool_is_the_integral_of_its_force(folder):
     result = run(Scene.from_table(PRESSED), folder)
     force, down = (np.array([row[name] for row in result.history]) for name in ("tool_force", "tool_displacement"))
-    assert result.history[-1]["tool_work"] == pytest.approx(np.trapezoid(force, down), rel=1e-9)
+    assert result.history[-1]["tool_work"] == pytest.approx(simpson(force, x=down), rel=1e-5)
+    assert result.history[-1]["tool_work"] == pytest.approx(np.trapezoid(force, down), rel=1e-3)
     assert result.history[-1]["viscous_share"] == result.history[-1]["viscous_force"] == 0
 
 
@@ -134,7 +136,7 @@ def test_viscosity_resists_what_departs_from_the_drift_and_says_what_it_takes():
     for time, step in ((0.0, 0.0), (0.0, size), (size, size)):
         steps.stabilise(coefficient if step else 0.0)
         assert steps.attempt(time, step).converged
-        rows.append(steps.accept(energies.observe))
+        rows.append(steps.accept(lambda: energies.observe(steps.time)))
         steps.drift_on()
     rest, first, second = rows
     assert rest["viscous_force"] == rest["viscous_share"] == 0
