@@ -197,6 +197,11 @@ class Table(CompactionLaw):
             return None
         return f"the table is moved by {-moved:.4g} Pa, for the undeformed fabric to be free of stress"
 
+    @property
+    def data_range(self) -> tuple[float, float] | None:
+        """Vf of the first and last entry."""
+        return self.volume_fraction[0], self.volume_fraction[-1]
+
     def with_constants(self, constants: Constants) -> Self:
         """The table itself: its numbers are compiled into the forms."""
         del constants

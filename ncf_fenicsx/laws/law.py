@@ -50,6 +50,11 @@ class Law(Kind):
     symmetric: ClassVar[bool] = True
     """Whether the law's tangent is symmetric."""
 
+    @property
+    def data_range(self) -> tuple[float, float] | None:
+        """Smallest and largest Vf of the data that the law is given by; None of a formula."""
+        return None
+
     def check(self, conditions: Conditions) -> None:
         """Raise `kinds.impossible` if the law does not go with the rest of the scene."""
 

@@ -13,9 +13,10 @@ from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh.faces import SharedFace
 from ncf_fenicsx.mesh.hexahedra import lower_tag
+from ncf_fenicsx.output.contact_edges import extent
 from ncf_fenicsx.output.symmetry import WholeFace
 from ncf_fenicsx.output.voids import contact_extent, voids
-from ncf_fenicsx.output.wrinkles import wrinkles
+from ncf_fenicsx.output.wrinkles import grid_of, wrinkles
 
 Floats = NDArray[np.float64]
 
@@ -24,8 +25,11 @@ OPEN = 0.01
 
 RIGID_COLUMNS = {
     "pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
-    "contact_width": ("m", "extent of the contact along x, of the whole, to half the distance of nodes at each end"),
-    "contact_length": ("m", "extent of the contact along y, of the whole, to half the distance of nodes at each end"),
+    "contact_width": (
+        "m",
+        "extent of the contact along x, of the whole, between edges that the gaps show",
+    ),
+    "contact_length": ("m", "extent of the contact along y, of the whole, in the same way"),
     "penetration_max": ("m", "deepest penetration of a node"),
 }
 OPENING_COLUMNS = {
@@ -156,12 +160,23 @@ class _RigidFace:
         shared, whole = self._shared, self._whole
         gap = shared.gather(self.contact.gaps())
         positions = shared.undeformed + shared.gather(self.problem.displacement.x.array.reshape(-1, 3))
-        # half-way between the last node in contact and the next: next to a penetration, which is as good as nothing,
-        # interpolating the gap itself would always end the contact at its last node
-        closed = np.where(gap[whole.source] > 0, 1.0, -1.0)
-        width, length = contact_extent(whole.positions(positions)[:, :2], whole.quads, closed)
+        width, length = self._extent(whole.positions(positions)[:, :2], gap[whole.source])
         deepest = float((-gap).max(initial=0.0))
         return [float(shared.gather(self._pressure).max(initial=0.0)), width, length, deepest]
+
+    def _extent(self, positions: Floats, gap: Floats) -> tuple[float, float]:
+        """Extent of the contact in m along x and y: on the lines of a grid; half-way to the next nodes on other meshes.
+
+        Args:
+            positions: current positions of the nodes of the whole in plan in m, shape (nodes, 2).
+            gap: at each of them in m.
+        """
+        grid = grid_of(self._whole.positions(self._shared.undeformed)[:, :2])
+        if grid.nodes.shape[-1] > 1:
+            return contact_extent(positions, self._whole.quads, np.where(gap > 0, 1.0, -1.0))
+        nodes = grid.nodes[:, :, 0]
+        along_x = extent(positions[nodes, 0], gap[nodes])
+        return along_x, extent(positions[nodes.T, 1], gap[nodes.T])
 
 
 class _LowerFace:

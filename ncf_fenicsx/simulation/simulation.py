@@ -15,6 +15,7 @@ from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, check_restart, prepare_folder
 from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.simulation.data_range import DataRange
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
@@ -75,6 +76,7 @@ class Simulation:
         self.stability = LossOfStability(
             self.newton, self.measures, self.results, self.progress, self.steps, self.interruption
         )
+        self.data_range = DataRange(scene, self.progress)
         self.checkpoint = Checkpoint(folder, self.problem, self.time_step.state)
         self.history: list[dict[str, float]] = []
         self._cuts_before, self._seconds_before, self._saved_at = 0, 0.0, time.monotonic()
@@ -123,6 +125,7 @@ class Simulation:
     def _measure(self, time: float, outcome: Outcome) -> dict[str, float]:
         """Measures of the trial state at a time (s); a loss of stability is noticed."""
         measured = self.measures.observe(self.newton.evaluate_residual(), time)
+        self.data_range.watch(time, measured)
         self.stability.watch(time, outcome, measured.get("viscous_share", 0.0))
         return measured
 
@@ -135,6 +138,7 @@ class Simulation:
             if self.history:
                 self._save(ended)
         more = {"step_cuts": ended.cuts, "newton_iterations": self.steps.iterations, **self.stability.record()}
+        more |= self.data_range.record()
         more |= {"factorisations": self.newton.linear.factorisations, "krylov_steps": self.newton.linear.krylov_steps}
         more["convergence"] = tolerances(self.problem)
         if self.history and "vf_error" in self.history[-1]:
@@ -165,6 +169,7 @@ class Simulation:
                 "rows": len(self.history),
                 "snapshots": self.results.snapshots,
                 "stability": self.stability.record(),
+                "beyond_data": self.data_range.left,
                 "viscosity": self.stabilisation.value,
             }
         )
@@ -177,6 +182,7 @@ class Simulation:
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
         self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
         self.stability.recall(saved["stability"])
+        self.data_range.left = saved["beyond_data"]
         self.stabilisation.value = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")

@@ -129,7 +129,7 @@ def test_waves_across_are_measured_along_y():
 @pytest.mark.parametrize(("name", "at"), [("a quarter", 0.0), ("a half", 30e-3), ("the whole", 30e-3), ("a half", 0.0)])
 @pytest.mark.parametrize("lowered", [0.0, 0.3e-3])
 def test_a_cylinder_in_a_flat_surface_is_as_wide_as_its_chord(name, at, lowered):
-    """To half an element at each end, also where the surface has moved and been stretched along x."""
+    """To a tenth of an element at each end, also where the surface has moved and been stretched along x."""
     sides, _, along_x, along_y = SIDES[name]
     radius, depth, stretch = 5e-3, 0.21e-3, 0.0 if lowered == 0.0 else 0.05
     tool = {"radius": "5 mm", "width": "infinite", "position": [f"{at} m", "0 mm"], "path": [{"hold": "1 s"}]}
@@ -141,8 +141,7 @@ def test_a_cylinder_in_a_flat_surface_is_as_wide_as_its_chord(name, at, lowered)
     row = ContactMeasures(problem).observe()
     element = LENGTH / 300 * (1 + stretch)
     ends = 1 if at == 0.0 and along_x == 1 else 2
-    assert row["contact_width"] == pytest.approx(ends * half, abs=0.5 * ends * element)
-    assert row["contact_width"] == pytest.approx(ends * (half // element + 0.5) * element, rel=1e-9)
+    assert row["contact_width"] == pytest.approx(ends * half, abs=0.1 * ends * element)
     assert row["contact_length"] == pytest.approx(along_y * WIDTH, rel=1e-9)
     assert row["penetration_max"] == pytest.approx(depth, rel=1e-6)
     assert row["pressure_max"] == pytest.approx(
