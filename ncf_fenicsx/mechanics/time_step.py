@@ -63,6 +63,7 @@ class TimeStep:
         state: all that is committed, rolled back and kept in checkpoints.
         time: at the end of the present step in s.
         size: of the present step in s, 0 at rest.
+        least_judged: size in s up to which a step is taken whatever its local error in time.
         viscosity: what stabilises the stack; None before there was any.
         time_error: estimates the local error in time; None where no tolerance is given or laws do not follow time.
     """
@@ -86,7 +87,7 @@ class TimeStep:
         self.state += self.time_error.state if self.time_error is not None else []
         self.state += [self._drift] if problem.scene.solver.may_stabilise else []
         self.state += [self._push] if problem.scene.solver.perturbation is not None else []
-        self.time = self.size = 0.0
+        self.time = self.size = self.least_judged = 0.0
         self._segments = self._segments_at(0.0)
         set_clock(problem, 0.0, 0.0)
 
@@ -108,7 +109,7 @@ class TimeStep:
     def _judged(self, outcome: Outcome, error: float) -> Outcome:
         """An outcome whose step is too long for its local error in time does not hold."""
         tolerance = self.problem.scene.solver.time_tolerance
-        if error <= tolerance:
+        if error <= tolerance or self.size <= self.least_judged:
             return replace(outcome, time_error=error)
         reason = f"local error in time of {100 * error:.2g} %, above solver.time_tolerance = {100 * tolerance:g} %"
         return replace(outcome, converged=False, time_error=error, reason=reason)

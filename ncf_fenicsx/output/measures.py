@@ -42,6 +42,10 @@ COLUMNS = {
         "of the tangent at the end of the step: 0 is stable; where it is symmetric. "
         "With factors of layers no more than these, and 0 only where no mode is found",
     ),
+    "time_error": (
+        "1",
+        "estimated local error in time of the step, over the largest pressure so far; where laws follow time",
+    ),
     "newton_iterations": ("1", "Newton iterations of the step"),
     "step_cuts": ("1", "attempts at the step that failed before"),
     "wall_time": ("s", "time since the start of the program's run"),

@@ -202,4 +202,5 @@ class Simulation:
         }
         self._cuts_before = progress.cuts
         stability = {} if outcome.negative_pivots is None else {"negative_pivots": outcome.negative_pivots}
-        return when | measured | stability | cost
+        steps = {} if self.time_step.time_error is None else {"time_error": outcome.time_error}
+        return when | measured | stability | steps | cost

@@ -60,7 +60,8 @@ class StabilisedStep:
     def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
         """Try the step from a time by a size (s), with a factor on Newton's iterations."""
         now = next((piece.control for piece in self._pieces if time < piece.end), None)
-        self.stabilisation.first_step = now.first if now is not None else self.stabilisation.first_step
+        if now is not None:
+            self.stabilisation.first_step, self.time_step.least_judged = now.first, now.least_for_error
         self.time_step.stabilise(self.stabilisation.value)
         outcome = self.time_step.attempt(time, size, patience)
         self.iterations += outcome.iterations

@@ -41,6 +41,8 @@ FIRST_STEPS = 30
 """Steps of the first one's size that a piece of a path has unless given."""
 AIM = 0.7
 """Share of the tolerance in time that the next step aims at."""
+LEAST_FOR_ERROR = 0.1
+"""Share of the first step of a piece below which no step is taken again for its error in time."""
 BAND = 1.25
 """Sizes that follow the error do so in bands: round-off (another number of ranks) does not change them."""
 Tried = TypeVar("Tried", bound=Attempt)
@@ -108,11 +110,21 @@ class StepControl:
         factor = self.growth if iterations < self.target_iterations else factor
         return max(min(size * factor, self.largest), self.smallest)
 
-    def share_allowed(self, error: float) -> float:
-        """Factor on a step with a local error in time, of first order, that leaves it below the tolerance; in bands."""
+    @property
+    def least_for_error(self) -> float:
+        """Step in s that is taken whatever its local error in time.
+
+        Where nodes come into contact one after the other, the error that they make is of the mesh: it does not go away
+        with the step, and steps would become as short as Newton's method makes them.
+        """
+        return LEAST_FOR_ERROR * self.first
+
+    def size_allowed(self, size: float, error: float) -> float:
+        """Step in s that leaves the local error in time, of first order, below the tolerance; in bands."""
         if error <= 0:
             return math.inf
-        return float(BAND ** math.floor(math.log(AIM * self.time_tolerance / error, BAND)))
+        share = float(BAND ** math.floor(math.log(AIM * self.time_tolerance / error, BAND)))
+        return max(share * size, self.least_for_error)
 
     @staticmethod
     def fit(size: float, remaining: float) -> float:
@@ -203,14 +215,14 @@ def march(
                 shortened = step == remaining or step < wanted
                 reached = max(step, progress.size) if shortened else step
                 progress.size = control.next_size(reached, outcome.iterations)
-                progress.size = min(progress.size, control.share_allowed(outcome.time_error) * step)
+                progress.size = min(progress.size, control.size_allowed(step, outcome.time_error))
                 accept(progress, step, outcome)
                 continue
             if outcome.hopeless:
                 return progress.stop(outcome.reason)
             progress.cuts += 1
             too_long = outcome.time_error > control.time_tolerance
-            progress.size = (control.share_allowed(outcome.time_error) if too_long else control.cut) * step
+            progress.size = control.size_allowed(step, outcome.time_error) if too_long else control.cut * step
             if progress.size < control.smallest:
                 return progress.stop(f"{outcome.reason}, even with the smallest time step ({step:.3g} s)")
     return progress
