@@ -68,6 +68,13 @@ def _no_number(value: Any) -> str | bool | None:
 
 def _is_bare_number(field: FieldInfo) -> bool:
     """Whether a field holds whole or real numbers that are read as they stand, one or a list of them."""
+    marks, leaves = marks_of(field)
+    reads = any(hasattr(mark, "__get_pydantic_core_schema__") for mark in marks)
+    return not reads and bool(leaves & {int, float}) and leaves <= {int, float, type(None)}
+
+
+def marks_of(field: FieldInfo) -> tuple[list[Any], set[Any]]:
+    """All annotations of a field, also those inside a tuple or an optional type, and the types that they are of."""
     leaves, open_types, marks = set(), [field.annotation], list(field.metadata)
     while open_types:
         current = open_types.pop()
@@ -75,8 +82,7 @@ def _is_bare_number(field: FieldInfo) -> bool:
         arguments = [item for item in getattr(current, "__args__", ()) if item is not Ellipsis]
         leaves |= set() if arguments else {current}
         open_types += arguments
-    reads = any(hasattr(mark, "__get_pydantic_core_schema__") for mark in marks)
-    return not reads and bool(leaves & {int, float}) and leaves <= {int, float, type(None)}
+    return marks, leaves
 
 
 class Constants(Protocol):

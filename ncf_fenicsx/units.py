@@ -93,6 +93,8 @@ class Quantity:
         above: exclusive lower bound in SI.
         least: inclusive lower bound in SI.
         infinite: also take the word "infinite", which is None inside.
+        usual: smallest and largest value in SI that a stack and its tools can be expected to have, and the unit that
+            one would speak of it in.
     """
 
     symbol: str
@@ -101,6 +103,14 @@ class Quantity:
     above: float = -math.inf
     least: float = -math.inf
     infinite: bool = False
+    usual: tuple[float, float, str] | None = None
+
+    def doubt(self, value: float) -> str:
+        """What is doubtful about a value, shown in its natural unit; empty if nothing is."""
+        if self.usual is None or value == 0 or self.usual[0] <= abs(value) <= self.usual[1]:
+            return ""
+        shown, low, high = (_registry().Quantity(v, self.symbol).to(self.usual[2]) for v in (value, *self.usual[:2]))
+        return f"{shown:.4g~C} is far outside what is usual, {low:.4g~C} to {high:.4g~C}"
 
     def read(self, value: object) -> float | None:
         """SI value of text with a unit.
@@ -174,19 +184,31 @@ class PenaltyField:
         )
 
 
-Length = Annotated[float, Quantity("m", "a length", "2 mm")]
-PositiveLength = Annotated[float, Quantity("m", "a positive length", "2 mm", above=0)]
-NonNegativeLength = Annotated[float, Quantity("m", "a length of at least 0", "0.5 mm", least=0)]
+LENGTHS = (1e-7, 10.0, "mm")
+STRESSES = (1e-3, 1e14, "GPa")
+
+Length = Annotated[float, Quantity("m", "a length", "2 mm", usual=LENGTHS)]
+PositiveLength = Annotated[float, Quantity("m", "a positive length", "2 mm", above=0, usual=LENGTHS)]
+Thickness = Annotated[float, Quantity("m", "a positive length", "2 mm", above=0, usual=(1e-6, 0.1, "mm"))]
+NonNegativeLength = Annotated[float, Quantity("m", "a length of at least 0", "0.5 mm", least=0, usual=LENGTHS)]
 Clearance = Annotated[
-    float, Quantity("m", "a length of at least 0 (else the tool starts in the stack)", "0 mm", least=0)
+    float, Quantity("m", "a length of at least 0 (else the tool starts in the stack)", "0 mm", least=0, usual=LENGTHS)
 ]
-WidthOrInfinite = Annotated[float | None, Quantity("m", "a positive width", "30 mm", above=0, infinite=True)]
-PositiveForce = Annotated[float, Quantity("N", "a positive force", "10 N", above=0)]
-PositiveTime = Annotated[float, Quantity("s", "a positive time", "0.5 s", above=0)]
-PositiveSpeed = Annotated[float, Quantity("m/s", "a positive speed", "1 mm/min", above=0)]
-Stress = Annotated[float, Quantity("Pa", "a stress", "10 kPa")]
-PositiveStress = Annotated[float, Quantity("Pa", "a positive stress", "242 GPa", above=0)]
-ArealDensity = Annotated[float, Quantity("kg/m^2", "a positive areal density", "1425 g/m^2", above=0)]
-Density = Annotated[float, Quantity("kg/m^3", "a positive density", "1.79e6 g/m^3", above=0)]
-Acceleration = Annotated[float, Quantity("m/s^2", "an acceleration of at least 0", "9.81 m/s^2", least=0)]
+WidthOrInfinite = Annotated[
+    float | None, Quantity("m", "a positive width", "30 mm", above=0, infinite=True, usual=LENGTHS)
+]
+PositiveForce = Annotated[float, Quantity("N", "a positive force", "10 N", above=0, usual=(1e-6, 1e6, "N"))]
+PositiveTime = Annotated[float, Quantity("s", "a positive time", "0.5 s", above=0, usual=(1e-6, 1e9, "s"))]
+PositiveSpeed = Annotated[float, Quantity("m/s", "a positive speed", "1 mm/min", above=0, usual=(1e-9, 10.0, "mm/min"))]
+Stress = Annotated[float, Quantity("Pa", "a stress", "10 kPa", usual=STRESSES)]
+PositiveStress = Annotated[float, Quantity("Pa", "a positive stress", "242 GPa", above=0, usual=STRESSES)]
+ArealDensity = Annotated[
+    float, Quantity("kg/m^2", "a positive areal density", "1425 g/m^2", above=0, usual=(1e-3, 1e2, "g/m^2"))
+]
+Density = Annotated[
+    float, Quantity("kg/m^3", "a positive density", "1.79e6 g/m^3", above=0, usual=(10.0, 3e4, "g/cm^3"))
+]
+Acceleration = Annotated[
+    float, Quantity("m/s^2", "an acceleration of at least 0", "9.81 m/s^2", least=0, usual=(1e-3, 1e3, "m/s^2"))
+]
 Penalty = Annotated[PenaltyStiffness, PenaltyField()]

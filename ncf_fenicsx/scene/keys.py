@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, get_origin
+from typing import get_origin
 
 from pydantic.fields import FieldInfo
 
-from ncf_fenicsx.kinds import Choice, Settings, kinds
+from ncf_fenicsx.kinds import Choice, Settings, kinds, marks_of
 from ncf_fenicsx.scene.scene import Scene
 from ncf_fenicsx.units import PenaltyField, Quantity
 
@@ -53,16 +53,6 @@ def _fields_of_kinds(family: str) -> list[tuple[list[str], str, FieldInfo]]:
     return list(found.values())
 
 
-def _marks(field: FieldInfo) -> list[Any]:
-    """All annotations of a field, also those inside a tuple or an optional type."""
-    found, open_types = list(field.metadata), [field.annotation]
-    while open_types:
-        current = open_types.pop()
-        found += getattr(current, "__metadata__", ())
-        open_types += [item for item in getattr(current, "__args__", ()) if item is not Ellipsis]
-    return found
-
-
 def _entry_of(field: FieldInfo) -> type[Settings] | None:
     """Table that a field is, or is a list of."""
     items = (field.annotation, *getattr(field.annotation, "__args__", ()))
@@ -70,11 +60,11 @@ def _entry_of(field: FieldInfo) -> type[Settings] | None:
 
 
 def _choice_of(field: FieldInfo) -> Choice | None:
-    return next((mark for mark in _marks(field) if isinstance(mark, Choice)), None)
+    return next((mark for mark in marks_of(field)[0] if isinstance(mark, Choice)), None)
 
 
 def _unit(field: FieldInfo) -> str:
-    return next((mark.symbol for mark in _marks(field) if isinstance(mark, Quantity | PenaltyField)), "")
+    return next((mark.symbol for mark in marks_of(field)[0] if isinstance(mark, Quantity | PenaltyField)), "")
 
 
 def _default(field: FieldInfo) -> str:

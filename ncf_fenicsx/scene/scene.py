@@ -19,6 +19,7 @@ from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
 from ncf_fenicsx.scene.settings import Explicit, Output, Solver
 from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
+from ncf_fenicsx.scene.usual_values import unusual
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
 from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
@@ -130,8 +131,9 @@ class Scene(Settings):
 
     @property
     def cautions(self) -> list[str]:
-        """What a user of the scene's laws has to know before a run."""
-        return [f"laws.{law.family}: {words}" for law in self.laws.chosen if (words := law.caution(self.conditions))]
+        """What a user of the scene has to know before a run: doubtful values, and what its laws say."""
+        told = [(law.family, law.caution(self.conditions)) for law in self.laws.chosen]
+        return [*unusual(self), *(f"laws.{family}: {words}" for family, words in told if words)]
 
     @property
     def packing_limit(self) -> tuple[float, str]:

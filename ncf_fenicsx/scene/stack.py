@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self, cast
 from pydantic import Field, PositiveInt, model_validator
 
 from ncf_fenicsx.kinds import Settings, parameter
-from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength
+from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength, Thickness
 
 GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
 Order = Literal[1, 2]
@@ -47,7 +47,7 @@ class Stack(Settings):
     """The layers of fabric, and their mesh."""
 
     layers: PositiveInt = parameter(4, description="number of layers")
-    thickness: PositiveLength = parameter("2 mm", description="thickness of each layer")
+    thickness: Thickness = parameter("2 mm", description="thickness of each layer")
     size: tuple[PositiveLength, PositiveLength] = parameter(
         ("76 mm", "76 mm"), description="modelled extent in x and y (a quarter, by symmetry)"
     )
