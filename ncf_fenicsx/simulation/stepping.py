@@ -198,9 +198,13 @@ def march(
         longest: step (s) from a time, no longer than a size, that may be taken.
     """
     progress = progress or March(size=math.inf)
+    before = pieces[0].control
     for milestone, control in pieces:
         if progress.time < milestone and progress.fresh:
-            progress.size, progress.fresh = min(progress.size, control.first, control.largest), False
+            trouble = progress.size < before.least_for_error  # steps failed before: so they may here
+            first = min(control.first, control.largest)
+            progress.size, progress.fresh = min(progress.size, first) if trouble else first, False
+        before = control
         while progress.time < milestone:
             if progress.steps >= control.max_steps:
                 return progress.stop(f"max_steps = {control.max_steps} reached")
