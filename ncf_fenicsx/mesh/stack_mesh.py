@@ -18,7 +18,7 @@ from ncf_fenicsx.mesh.gmsh import read_gmsh
 from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.mesh.mesh_checks import check_extent, check_mesh
 from ncf_fenicsx.mesh.parallel import on_root
-from ncf_fenicsx.mesh.tool_placement import placement_cautions
+from ncf_fenicsx.mesh.tool_placement import check_placement, place_of_tools, placement_cautions
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import Bonded
 from ncf_fenicsx.scene.stack import Stack
@@ -39,6 +39,7 @@ class StackMesh:
         top: height of its top in m.
         extent: largest of its extents along the axes in m.
         cautions: what is doubtful about where the tools are.
+        place: x and y in m of tools that have no position of their own.
     """
 
     mesh: Any
@@ -51,6 +52,7 @@ class StackMesh:
     top: float
     extent: float
     cautions: list[str]
+    place: tuple[float, float]
 
     @property
     def cell_numbers(self) -> Integers:
@@ -81,9 +83,13 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
     """Mesh of a scene's stack on all ranks.
 
     Raises:
-        SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell.
+        SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell, a group that
+            lies or faces elsewhere than its name says, a tool that never meets the stack.
     """
     stack = on_root(comm, lambda: stack_of(scene))
+    place = place_of_tools(scene.stack, stack)
+    placed = scene.with_tools_over(place)
+    check_placement(placed, stack)
     parts = hexahedra.columns(stack, comm.size)
     held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
     mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts[held])
@@ -98,7 +104,8 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         bottom=float(stack.points[:, 2].min()),
         top=float(stack.points[:, 2].max()),
         extent=float(np.ptp(stack.points, axis=0).max()),
-        cautions=placement_cautions(scene, stack),
+        cautions=placement_cautions(placed, stack),
+        place=place,
     )
 
 
