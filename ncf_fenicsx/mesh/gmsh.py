@@ -2,86 +2,134 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 from pathlib import Path
-from typing import Any
 
-import meshio
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Hexahedra, Integers, point_in_words
+from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Floats, Hexahedra, Integers, alike, point_in_words
+from ncf_fenicsx.mesh.msh_file import HEXAHEDRON, QUAD, MshFile, read_msh
 
 VTK_TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]
+NO_NAME = "no group with a name"
 
 
 def read_gmsh(path: Path, layers: int) -> Hexahedra:
     """Stack in a gmsh file, lengths in metres.
 
     Physical volumes ``layer_1`` (bottom) to ``layer_N`` hold the cells; physical surfaces ``bottom``, ``top`` and
-    ``x_min``, ``x_max``, ``y_min``, ``y_max`` (or ``sides``) hold the outside facets.
+    ``x_min``, ``x_max``, ``y_min``, ``y_max`` (or ``sides``) hold the outside facets. Where they lie is not looked at.
 
     Raises:
-        SceneError: unreadable, cells that are no hexahedra, a cell without a layer, a missing or unknown name.
+        SceneError: unreadable, elements that are no hexahedra, a name that is missing or unknown, a cell in no layer or
+            in two, a facet in two groups or inside the stack.
     """
-    file = _read(path)
-    shapes = {block.type for block in file.cells} - {"vertex", "line", "quad", "hexahedron"}
-    cells = np.asarray(file.cells_dict.get("hexahedron", np.zeros((0, 8))), dtype=np.int64)
-    if shapes or not len(cells):
-        raise SceneError(f"{path.name}: has {', '.join(sorted(shapes)) or 'no cells'}; expected linear hexahedra only")
-    cells = cells[:, VTK_TO_TENSOR]
-    layer = _layers(path, file, layers, file.points[cells].mean(axis=1))
-    face_tags = _face_tags(path, file, cells)
-    used, compact = np.unique(cells, return_inverse=True)
-    return Hexahedra(np.asarray(file.points[used], dtype=float), compact.reshape(-1, 8), layer, face_tags)
-
-
-def _read(path: Path) -> Any:
     try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            return meshio.read(path, file_format="gmsh")
-    except (Exception, SystemExit) as error:  # meshio exits or raises anything on a malformed file
-        raise SceneError(f"{path.name}: expected a gmsh mesh, but it cannot be read as one ({error})") from error
+        return _stack(read_msh(path), layers)
+    except _GroupError as error:
+        raise SceneError(f"{path.name}: {error}") from error
 
 
-def _physical(path: Path, file: Any, shape: str) -> tuple[Integers, dict[int, str]]:
-    """Physical number of each cell of a shape, and the names of those numbers."""
-    dimension = {"quad": 2, "hexahedron": 3}[shape]
-    names = {int(data[0]): name for name, data in file.field_data.items() if int(data[1]) == dimension}
-    numbers = file.cell_data_dict.get("gmsh:physical", {}).get(shape)
-    if numbers is None:
-        raise SceneError(f"{path.name}: its {shape} cells have no physical names; expected layer_1, bottom, top, ...")
-    return np.asarray(numbers, dtype=np.int64), names
+class _GroupError(Exception):
+    """What is wrong with the groups of a file, in words."""
 
 
-def _layers(path: Path, file: Any, layers: int, centres: np.ndarray) -> Integers:
-    numbers, names = _physical(path, file, "hexahedron")
-    expected = [f"layer_{k + 1}" for k in range(layers)]
-    known = {number: expected.index(name) for number, name in names.items() if name in expected}
-    for name in expected:
-        if name not in names.values():
-            found = ", ".join(sorted(names.values())) or "none"
-            raise SceneError(f"{path.name}: no physical volume {name!r}; expected one for each layer, found {found}")
-    unknown = np.flatnonzero(~np.isin(numbers, list(known)))
+def _stack(file: MshFile, layers: int) -> Hexahedra:
+    cells = file.elements[HEXAHEDRON]
+    if not len(cells):
+        raise _GroupError("has no hexahedra; expected the physical volumes layer_1, ...")
+    _check_names(file, layers)
+    _check_alone(file, HEXAHEDRON)
+    cells = cells[:, VTK_TO_TENSOR]
+    layer = _layers(file, layers)
+    face_tags = _face_tags(file, cells)
+    used, compact = np.unique(cells, return_inverse=True)
+    return Hexahedra(file.points[used], compact.reshape(-1, 8), layer, face_tags)
+
+
+def _group_names(file: MshFile, kind: int) -> list[str]:
+    """Name of the group of each quad or hexahedron."""
+    dimension = {QUAD: 2, HEXAHEDRON: 3}[kind]
+    numbers, place = np.unique(file.groups[kind], return_inverse=True)
+    names = [file.names.get((dimension, int(number)), NO_NAME) for number in numbers]
+    return [names[number] for number in place]
+
+
+def _centres(file: MshFile, kind: int) -> Floats:
+    centres: Floats = file.points[file.elements[kind]].mean(axis=1)
+    return centres
+
+
+def _check_names(file: MshFile, layers: int) -> None:
+    volumes = sorted(name for (dimension, _), name in file.names.items() if dimension == 3)
+    for name in _layer_names(layers):
+        if name not in volumes:
+            found = ", ".join(volumes) or "none"
+            raise _GroupError(f"no physical volume {name!r}; expected one for each layer, found {found}")
+
+
+def _layer_names(layers: int) -> list[str]:
+    return [f"layer_{number + 1}" for number in range(layers)]
+
+
+def _check_alone(file: MshFile, kind: int) -> None:
+    """Refuse a cell that is there twice, or a facet in two groups; a facet may be named twice."""
+    nodes = np.sort(file.elements[kind], axis=1)
+    order = np.lexsort(nodes.T)
+    twice = order[1:][(np.diff(nodes[order], axis=0) == 0).all(axis=1)]
+    before = order[:-1][(np.diff(nodes[order], axis=0) == 0).all(axis=1)]
+    if kind == QUAD:
+        apart = file.groups[kind][twice] != file.groups[kind][before]
+        twice, before = twice[apart], before[apart]
+    if not len(twice):
+        return
+    names = _group_names(file, kind)
+    found = sorted({names[twice[0]], names[before[0]]})
+    where = point_in_words(_centres(file, kind)[twice[0]])
+    what, expected = ("facet", "one physical surface") if kind == QUAD else ("cell", "one physical volume")
+    if len(found) == 1:
+        raise _GroupError(f"the {what} at {where} is in {found[0]!r} twice; expected it once")
+    raise _GroupError(f"the {what} at {where} is in {found[0]!r} and in {found[1]!r}; expected it in {expected}")
+
+
+def _layers(file: MshFile, layers: int) -> Integers:
+    names = _group_names(file, HEXAHEDRON)
+    place = {name: number for number, name in enumerate(_layer_names(layers))}
+    layer = np.array([place.get(name, -1) for name in names])
+    unknown = np.flatnonzero(layer < 0)
     if len(unknown):
-        name = names.get(int(numbers[unknown[0]]), "none")
-        raise SceneError(
-            f"{path.name}: the cell at {point_in_words(centres[unknown[0]])} is in {name!r}; "
-            "expected a physical volume layer_1, ..."
-        )
-    return np.array([known[int(number)] for number in numbers])
+        where = point_in_words(_centres(file, HEXAHEDRON)[unknown[0]])
+        expected = "layer_1" if layers == 1 else f"layer_1 to layer_{layers}"
+        name = _quoted(names[unknown[0]])
+        raise _GroupError(f"the cell at {where} is in {name}; expected physical volume {expected}")
+    empty = np.setdiff1d(np.arange(layers), layer)
+    if len(empty):
+        raise _GroupError(f"the physical volume 'layer_{empty[0] + 1}' is empty; expected cells in it")
+    return layer
 
 
-def _face_tags(path: Path, file: Any, cells: Integers) -> Integers:
-    numbers, names = _physical(path, file, "quad")
-    surfaces = {int(number): names.get(int(number), "none") for number in np.unique(numbers)}
-    for name in surfaces.values():
-        if name not in TAGS:
-            raise SceneError(f"{path.name}: physical surface {name!r}; expected one of {', '.join(TAGS)}")
-    quads = np.sort(file.cells_dict["quad"].astype(np.int64), axis=1)
+def _quoted(name: str) -> str:
+    return name if name == NO_NAME else repr(name)
+
+
+def _face_tags(file: MshFile, cells: Integers) -> Integers:
+    names = _group_names(file, QUAD)
+    if not names:
+        raise _GroupError(f"has no quads; expected physical surfaces {', '.join(TAGS)}")
+    wrong = next((number for number, name in enumerate(names) if name not in TAGS), None)
+    if wrong is not None:
+        where, name = point_in_words(_centres(file, QUAD)[wrong]), _quoted(names[wrong])
+        raise _GroupError(f"the facet at {where} is in {name}; expected physical surface {', '.join(TAGS)}")
+    _check_alone(file, QUAD)
+    quads = np.sort(file.elements[QUAD], axis=1)
     faces = np.sort(cells[:, FACES].reshape(-1, 4), axis=1)
-    _, group = np.unique(np.concatenate([quads, faces]), axis=0, return_inverse=True)
+    group, _ = alike(np.concatenate([quads, faces]))
+    of_quads, of_faces = np.split(group, [len(quads)])
+    sharing = np.bincount(of_faces, minlength=int(group.max()) + 1)[of_quads]
+    for number in np.flatnonzero(sharing != 1)[:1]:
+        where = point_in_words(_centres(file, QUAD)[number])
+        is_what = "is the face of no cell" if sharing[number] == 0 else "lies between two cells"
+        raise _GroupError(f"the facet of {names[number]!r} at {where} {is_what}; expected a face on the outside")
     tag_of_group = np.full(int(group.max()) + 1, NO_TAG)
-    tag_of_group[group.ravel()[: len(quads)]] = [TAGS[surfaces[int(number)]] for number in numbers]
-    return tag_of_group[group.ravel()[len(quads) :]].reshape(-1, 6)
+    tag_of_group[of_quads] = [TAGS[name] for name in names]
+    return tag_of_group[of_faces].reshape(-1, 6)

@@ -154,9 +154,9 @@ def mark_interfaces(stack: Hexahedra, sublaminate: Integers) -> Hexahedra:
     Raises:
         SceneError: an outside face has no tag, or bonded layers do not share their nodes.
     """
-    group, count = _alike(stack.face_vertices)
+    group, count = alike(stack.face_vertices)
     cell, face = np.nonzero((count == 1).reshape(-1, 6) & (stack.face_tags == NO_TAG))
-    upwards, layer = _outward_height(stack, cell, face), stack.layer[cell]
+    upwards, layer = unit(outward_areas(stack, cell, face))[:, 2], stack.layer[cell]
     other = layer + np.where(upwards > 0, 1, -1)
     lonely = np.flatnonzero((np.abs(upwards) < STEEP) | (other < 0) | (other >= len(sublaminate)))
     centres = stack.face_centres.reshape(-1, 6, 3)[cell, face]
@@ -177,14 +177,19 @@ def mark_interfaces(stack: Hexahedra, sublaminate: Integers) -> Hexahedra:
     return Hexahedra(stack.points, stack.cells, stack.layer, tags)
 
 
-def _outward_height(stack: Hexahedra, cell: Integers, face: Integers) -> Floats:
-    """Component along z of the outward unit normal of faces, shape (faces,)."""
+def outward_areas(stack: Hexahedra, cell: Integers, face: Integers) -> Floats:
+    """Outward normals of faces, as long as the area is large, in m2, shape (faces, 3)."""
     quads = stack.points[stack.cells[cell[:, None], FACES[face]]]
-    normal = np.cross(quads[:, 3] - quads[:, 0], quads[:, 2] - quads[:, 1])
+    normal = np.cross(quads[:, 3] - quads[:, 0], quads[:, 2] - quads[:, 1]) / 2
     outwards = quads.mean(axis=1) - stack.points[stack.cells[cell]].mean(axis=1)
-    sign = np.sign(np.einsum("ij,ij->i", normal, outwards))
-    height: Floats = sign * normal[:, 2] / np.linalg.norm(normal, axis=1)
-    return height
+    areas: Floats = np.sign(np.einsum("ij,ij->i", normal, outwards))[:, None] * normal
+    return areas
+
+
+def unit(vectors: Floats) -> Floats:
+    """Vectors of length one in the same directions, shape as given."""
+    units: Floats = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return units
 
 
 def corner_volumes(stack: Hexahedra) -> Floats:
@@ -250,10 +255,14 @@ def _bisect(positions: Floats, column: Integers, members: Integers, first: int, 
     _bisect(positions, column, order[cut:], first + parts // 2, parts - parts // 2, part)
 
 
-def _alike(rows: Integers) -> tuple[Integers, Integers]:
+def alike(rows: Integers) -> tuple[Integers, Integers]:
     """Group of equal rows that each row belongs to, and how many that group has; shapes (rows,)."""
-    _, group, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
-    return group.ravel(), count[group.ravel()]
+    order = np.lexsort(rows.T)
+    begins = np.ones(len(rows), dtype=bool)
+    begins[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
+    group = np.empty(len(rows), dtype=np.int64)
+    group[order] = np.cumsum(begins) - 1
+    return group, np.bincount(group)[group]
 
 
 def point_in_words(point: Floats) -> str:

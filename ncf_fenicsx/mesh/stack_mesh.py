@@ -16,8 +16,9 @@ from ncf_fenicsx.mesh import compat, hexahedra
 from ncf_fenicsx.mesh.elements import Element
 from ncf_fenicsx.mesh.gmsh import read_gmsh
 from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
+from ncf_fenicsx.mesh.mesh_checks import check_extent, check_mesh
 from ncf_fenicsx.mesh.parallel import on_root
-from ncf_fenicsx.mesh.tool_placement import placement_cautions
+from ncf_fenicsx.mesh.tool_placement import check_placement, place_of_tools, placement_cautions
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import Bonded
 from ncf_fenicsx.scene.stack import Stack
@@ -38,6 +39,7 @@ class StackMesh:
         top: height of its top in m.
         extent: largest of its extents along the axes in m.
         cautions: what is doubtful about where the tools are.
+        place: x and y in m of tools that have no position of their own.
     """
 
     mesh: Any
@@ -50,6 +52,7 @@ class StackMesh:
     top: float
     extent: float
     cautions: list[str]
+    place: tuple[float, float]
 
     @property
     def cell_numbers(self) -> Integers:
@@ -80,9 +83,13 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
     """Mesh of a scene's stack on all ranks.
 
     Raises:
-        SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell.
+        SceneError: an untagged cell or facet, a missing or unknown name, an inverted or degenerate cell, a group that
+            lies or faces elsewhere than its name says, a tool that never meets the stack.
     """
     stack = on_root(comm, lambda: stack_of(scene))
+    place = place_of_tools(scene.stack, stack)
+    placed = scene.with_tools_over(place)
+    check_placement(placed, stack)
     parts = hexahedra.columns(stack, comm.size)
     held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
     mesh = compat.create_hexahedral_mesh(comm, stack.cells[held], stack.points[held], parts[held])
@@ -97,7 +104,8 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         bottom=float(stack.points[:, 2].min()),
         top=float(stack.points[:, 2].max()),
         extent=float(np.ptp(stack.points, axis=0).max()),
-        cautions=placement_cautions(scene, stack),
+        cautions=placement_cautions(placed, stack),
+        place=place,
     )
 
 
@@ -105,13 +113,17 @@ def stack_of(scene: Scene) -> Hexahedra:
     """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
     file = scene.stack.mesh
     stack = _extruded(scene.stack, _focus(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
+    if file is not None:
+        check_extent(stack)
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
+    if file is not None:
+        check_mesh(scene.stack, stack)
     bonded = [isinstance(way, Bonded) for way in scene.interfaces]
     sublaminate = np.cumsum([0, *(not shared for shared in bonded)])
     together = hexahedra.bond_layers(stack) if any(bonded) else stack
     stack = hexahedra.mark_interfaces(hexahedra.split_layers(together, sublaminate), sublaminate)
-    _check_interfaces(stack, [layer for layer, shared in enumerate(bonded) if not shared])
+    _check_interfaces(scene.stack, stack, [layer for layer, shared in enumerate(bonded) if not shared])
     _check_thickness(scene.stack, stack)
     if scene.laws.bending is not None:
         _check_mid_planes(scene.stack, stack)
@@ -143,24 +155,30 @@ def _check_sides(settings: Stack, stack: Hexahedra) -> None:
             raise SceneError(f"mesh: no facets named {name!r}; expected them, the scene holds or presses that face")
 
 
-def _check_interfaces(stack: Hexahedra, layers: list[int]) -> None:
-    """Both faces of an interface have to cover the same part of the plane."""
+def _check_interfaces(settings: Stack, stack: Hexahedra, layers: list[int]) -> None:
+    """Both faces of an interface have to cover the same part of the plane, and lie on each other."""
     for layer in layers:
-        areas = [
-            _plan_area(stack, stack.face_tags == tag)
-            for tag in (hexahedra.lower_tag(layer), hexahedra.upper_tag(layer))
-        ]
-        if abs(areas[0] - areas[1]) > 0.01 * max(areas):
+        tags = (hexahedra.lower_tag(layer), hexahedra.upper_tag(layer))
+        (area, height), (area_above, height_above) = (_plan_area(stack, stack.face_tags == tag) for tag in tags)
+        meets = f"mesh: layer {layer + 1} meets layer {layer + 2}"
+        if abs(area - area_above) > 0.01 * max(area, area_above):
             raise SceneError(
-                f"mesh: layer {layer + 1} meets layer {layer + 2} with {1e6 * areas[0]:.4g} mm2 of facets without a "
-                f"tag, but that one with {1e6 * areas[1]:.4g} mm2; expected the same"
+                f"{meets} with {1e6 * area:.4g} mm2 of facets without a tag, but that one with "
+                f"{1e6 * area_above:.4g} mm2; expected the same"
+            )
+        if abs(height_above - height) > 0.05 * settings.thickness:
+            raise SceneError(
+                f"{meets} at a mean height of {1e3 * height:.4g} mm, but that one begins at "
+                f"{1e3 * height_above:.4g} mm; expected layers that touch"
             )
 
 
-def _plan_area(stack: Hexahedra, faces: NDArray[np.bool_]) -> float:
-    """Area in m2 that some of all cells' faces cover in plan."""
+def _plan_area(stack: Hexahedra, faces: NDArray[np.bool_]) -> tuple[float, float]:
+    """Area in m2 that some of all cells' faces cover in plan, and their mean height in m over it."""
     quads = stack.points[stack.cells[:, hexahedra.FACES].reshape(-1, 4)[faces.ravel()]]
-    return float(np.abs(np.cross(quads[:, 3] - quads[:, 0], quads[:, 2] - quads[:, 1])[:, 2]).sum() / 2)
+    areas = np.abs(np.cross(quads[:, 3] - quads[:, 0], quads[:, 2] - quads[:, 1])[:, 2]) / 2
+    heights = quads[:, :, 2].mean(axis=1)
+    return float(areas.sum()), float(areas @ heights / max(areas.sum(), np.finfo(float).tiny))
 
 
 def _check_thickness(settings: Stack, stack: Hexahedra) -> None:
@@ -169,7 +187,7 @@ def _check_thickness(settings: Stack, stack: Hexahedra) -> None:
     bottom = quads[(stack.face_tags == TAGS["bottom"]).ravel()]
     if np.ptp(bottom[:, :, 2]) > 1e-3 * settings.thickness:
         raise SceneError("mesh: the bottom is not flat; expected a stack on a plane at one height z")
-    area = _plan_area(stack, stack.face_tags == TAGS["bottom"])
+    area, _ = _plan_area(stack, stack.face_tags == TAGS["bottom"])
     volume = np.bincount(stack.layer, hexahedra.corner_volumes(stack).mean(axis=1), settings.layers)
     for layer, thickness in enumerate(volume / area):
         if abs(thickness / settings.thickness - 1) > 0.02:

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import tomli_w
 from pydantic import ValidationError, model_validator
@@ -24,6 +24,8 @@ from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
 from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
 from ncf_fenicsx.units import Acceleration, PositiveTime
+
+Surface = TypeVar("Surface", bound=RigidSurface)
 
 
 class Scene(Settings):
@@ -229,6 +231,11 @@ class Scene(Settings):
         stack = self.stack.model_copy(update={"mesh": str(mesh.resolve())})
         return self.model_copy(update={"stack": stack})
 
+    def with_tools_over(self, place: tuple[float, float]) -> Scene:
+        """The scene with a place (x, y) in m for tools and mould that have no position of their own."""
+        tools, mould = tuple(_over(tool, place) for tool in self.tool), self.mould
+        return self.model_copy(update={"tool": tools, "mould": None if mould is None else _over(mould, place)})
+
     def table(self) -> dict[str, Any]:
         """The scene with all defaults filled in, in SI, as nested tables: what it does not use is left out."""
         table: dict[str, Any] = _without_none(self.model_dump())
@@ -237,6 +244,11 @@ class Scene(Settings):
         if self.stack.mesh is not None:
             for key in GIVEN_BY_MESH:
                 table["stack"].pop(key, None)
+            tools = table.get("tool", [])
+            written = [*(tools if isinstance(tools, list) else [tools]), table.get("mould")]
+            for surface, keys in zip(self.rigid_surfaces, written, strict=False):
+                if "position" not in surface.model_fields_set:
+                    keys.pop("position")
         return table
 
     def to_toml(self) -> str:
@@ -265,6 +277,10 @@ def apply_override(data: dict[str, Any], text: str) -> None:
         target[int(last) if isinstance(target, list) else last] = parsed
     except (AttributeError, IndexError, TypeError, ValueError) as error:
         raise SceneError(f"--set {text}: no such table in the scene; expected a key such as stack.layers") from error
+
+
+def _over(surface: Surface, place: tuple[float, float]) -> Surface:
+    return surface if "position" in surface.model_fields_set else surface.model_copy(update={"position": place})
 
 
 def _without_none(table: Any) -> Any:

@@ -38,8 +38,8 @@ class DataRange:
 
     def _note(self, name: str, time: float, limit: float, vf: float) -> None:
         if name not in self.left:
-            self._progress.note(
-                f"caution: {name}: Vf {vf:.4g} at {time:.6g} s is beyond the data, which end at {limit:.4g}: "
+            self._progress.caution(
+                f"{name}: Vf {vf:.4g} at {time:.6g} s is beyond the data, which end at {limit:.4g}: "
                 "from here on it is extrapolated"
             )
         found = self.left.setdefault(name, {"time": time, "limit": limit, "volume_fraction": vf})

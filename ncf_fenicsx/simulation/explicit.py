@@ -20,7 +20,7 @@ from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
-from ncf_fenicsx.simulation.run_record import Result, record
+from ncf_fenicsx.simulation.run_record import Result, record, untouched
 from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.stepping import Ending, March
 from ncf_fenicsx.solver.timing import Phases
@@ -81,7 +81,7 @@ class ExplicitRun:
             self.time_step = TimeStep(self.problem, self.differences.solve, [energies], predicts=False)
         on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
-        self.results.text("scene.toml", scene.to_toml())
+        self.results.text("scene.toml", self.problem.scene.to_toml())
         self.history: list[dict[str, float]] = []
 
     def run(self) -> Result:
@@ -150,7 +150,9 @@ class ExplicitRun:
         with self.phases("output"):
             if self.history:
                 self.results.fields(ended.time)
-        self.results.record(record(self.problem, ended, self.phases, self._more()))
+        for caution in untouched(self.problem, self.history):
+            self.progress.caution(caution)
+        self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, self._more()))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 

@@ -62,14 +62,12 @@ class LossOfStability:
         if self.lost is None and outcome.negative_pivots:
             self.lost = {"time": time, "negative_pivots": outcome.negative_pivots}
             self.stabilisation.stability_lost = True
-            self.progress.note(
-                f"caution: stability is lost at {time:.6g} s ({outcome.negative_pivots} negative pivots)"
-            )
+            self.progress.caution(f"stability is lost at {time:.6g} s ({outcome.negative_pivots} negative pivots)")
             if scene.output.critical_mode or scene.solver.perturbation is not None:
                 self._find_mode(self.lost)
         if self.stabilised_from is None and self.stabilisation.value:
             self.stabilised_from = time
-            self.progress.note(f"caution: a viscosity stabilises the stack from {time:.6g} s on: see viscous_share")
+            self.progress.caution(f"a viscosity stabilises the stack from {time:.6g} s on: see viscous_share")
 
     def _find_mode(self, found: dict[str, float]) -> None:
         pair = self.newton.critical_mode()

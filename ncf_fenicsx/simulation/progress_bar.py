@@ -22,10 +22,14 @@ class ProgressBar:
         duration: time at the end in s.
         comm: ranks of the run; rank 0 shows, and a bar only without mpirun, which puts its output on a terminal
             of its own even if it ends in a file.
+
+    Attributes:
+        cautions: what a user has been told to mind, for the record of the run.
     """
 
     def __init__(self, duration: float, comm: MPI.Comm) -> None:
         self.visible = comm.rank == 0
+        self.cautions: list[str] = []
         self.bar: Progress | None = None
         if comm.size == 1 and sys.stdout.isatty() and not LAUNCHERS & set(os.environ):
             columns = (BarColumn(bar_width=12), TextColumn("{task.description}"), TimeElapsedColumn())
@@ -46,6 +50,12 @@ class ProgressBar:
         """Say what goes on before the first step."""
         if self.visible:
             print(text, flush=True)
+
+    def caution(self, text: str) -> None:
+        """Say once what a user has to mind, and keep it."""
+        if text not in self.cautions:
+            self.cautions.append(text)
+            self.note(f"caution: {text}")
 
     def show(self, row: dict[str, float]) -> None:
         """Show an accepted step."""

@@ -12,6 +12,7 @@ import dolfinx
 import numpy as np
 
 from ncf_fenicsx import solver
+from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.simulation.stepping import March
 from ncf_fenicsx.solver.timing import Phases
@@ -45,13 +46,30 @@ def tolerances(problem: Problem) -> dict[str, float]:
     }
 
 
-def record(problem: Problem, ended: March, phases: Phases, more: dict[str, Any]) -> dict[str, Any]:
+def untouched(problem: Problem, history: list[dict[str, float]]) -> list[str]:
+    """Cautions on tools that never had a force in a history, each with where it ended; collective.
+
+    Args:
+        problem: what was solved.
+        history: its rows.
+    """
+    cautions = []
+    for number, tool in enumerate(problem.contacts.tools if history else ()):
+        column = numbered("tool_force", number)
+        if not any(row[column] for row in history):
+            gap = tool.lowest_gap()
+            cautions.append(f"{tool.name} never touched the stack: {column} is 0, and {1e3 * gap:.4g} mm are left")
+    return cautions
+
+
+def record(problem: Problem, ended: March, phases: Phases, cautions: list[str], more: dict[str, Any]) -> dict[str, Any]:
     """Contents of ``run.json``; collective.
 
     Args:
         problem: what was solved.
         ended: how the march through time ended.
         phases: clock of the run.
+        cautions: what its user was told to mind.
         more: what else is to be told.
     """
     usage = resource.getrusage(resource.RUSAGE_SELF)
@@ -63,6 +81,7 @@ def record(problem: Problem, ended: March, phases: Phases, more: dict[str, Any])
         "reason": ended.reason,
         "time": ended.time,
         "steps": ended.steps,
+        "cautions": cautions,
         **more,
         "unknowns": 3 * problem.space.dofmap.index_map.size_global,
         "cells": problem.mesh.topology.index_map(3).size_global,

@@ -19,7 +19,7 @@ from ncf_fenicsx.simulation.data_range import DataRange
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
-from ncf_fenicsx.simulation.run_record import Result, record, tolerances
+from ncf_fenicsx.simulation.run_record import Result, record, tolerances, untouched
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedStep
@@ -72,7 +72,7 @@ class Simulation:
         if not self._restarts:
             on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
-        self.results.text("scene.toml", scene.to_toml())
+        self.results.text("scene.toml", self.problem.scene.to_toml())
         self.stability = LossOfStability(
             self.newton, self.measures, self.results, self.progress, self.steps, self.interruption
         )
@@ -144,7 +144,9 @@ class Simulation:
         if self.history and "vf_error" in self.history[-1]:
             more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}
             self.progress.note(f"estimated error of the field of Vf: {100 * self.history[-1]['vf_error']:.2g} %")
-        self.results.record(record(self.problem, ended, self.phases, more))
+        for caution in untouched(self.problem, self.history):
+            self.progress.caution(caution)
+        self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, more))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 
@@ -170,6 +172,7 @@ class Simulation:
                 "snapshots": self.results.snapshots,
                 "stability": self.stability.record(),
                 "beyond_data": self.data_range.left,
+                "cautions": self.progress.cautions,
                 "viscosity": self.stabilisation.value,
             }
         )
@@ -183,6 +186,7 @@ class Simulation:
         self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]
         self.stability.recall(saved["stability"])
         self.data_range.left = saved["beyond_data"]
+        self.progress.cautions += [words for words in saved.get("cautions", []) if words not in self.progress.cautions]
         self.stabilisation.value = saved["viscosity"]
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mesh import build_mesh
+from ncf_fenicsx.mesh import StackMesh, build_mesh
 from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.results_folder import check_folder
@@ -35,13 +36,14 @@ def build_problem(
         phases: clock that mesh and forms are booked on.
 
     Raises:
-        SceneError: the scene's mesh is not valid, a tool starts in the stack, or the folder cannot be used.
+        SceneError: the scene's mesh is not valid, a tool starts in the stack or never meets it, or the folder cannot be
+            used.
     """
     with phases("mesh"):
         stack = build_mesh(scene, comm)
     on_root(comm, lambda: check_folder(folder, overwrite))
     for caution in (*scene.cautions, *stack.cautions):
-        progress.note(f"caution: {caution}")
+        progress.caution(caution)
     progress.note("compiling forms: seconds the first time, none after")
     with phases("forms"):
         problem = Problem(scene, stack)
@@ -56,7 +58,7 @@ def preview(scene: Scene) -> str:
         scene: the case.
 
     Raises:
-        SceneError: its mesh is not valid, or a tool starts in the stack.
+        SceneError: its mesh is not valid, or a tool starts in the stack or never meets it.
     """
     stack = build_mesh(scene, MPI.COMM_SELF)
     if scene.rigid_surfaces:
@@ -75,6 +77,7 @@ def preview(scene: Scene) -> str:
         terms.append(f"contact of layers on {facing} facing facets")
     lines = [
         f"mesh: {len(stack.layer)} hexahedra, {nodes} nodes, {scene.stack.layers} layers",
+        *_places(scene, stack),
         f"residual: {'; '.join(terms)}",
         f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
         f"unknowns: {unknowns}",
@@ -88,3 +91,14 @@ def preview(scene: Scene) -> str:
         *(f"caution: {caution}" for caution in (*scene.cautions, *stack.cautions)),
     ]
     return "\n".join(lines)
+
+
+def _places(scene: Scene, stack: StackMesh) -> list[str]:
+    """Where tools and mould are that a mesh file has given a place."""
+    if scene.stack.mesh is None:
+        return []
+    names = [numbered("tool", number) for number in range(len(scene.tool))] + ["mould"]
+    place = ", ".join(f"{round(1e3 * length, 9) + 0.0:.4g}" for length in stack.place)
+    surfaces = zip(names, scene.rigid_surfaces, strict=False)
+    by_mesh = [name for name, surface in surfaces if "position" not in surface.model_fields_set]
+    return [f"{name}.position: ({place}) mm, by the mesh" for name in by_mesh]

@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Tool, circle
+from ncf_fenicsx.tools.rigid_surface import ENDLESS, Interval, Tool, circle
 from ncf_fenicsx.units import NonNegativeLength, PositiveLength, WidthOrInfinite
 
 
@@ -56,6 +56,11 @@ class Cylinder(Tool):
     def radii(self) -> tuple[float | None, float | None]:
         """Radius of the cylinder, and that of its rounded ends, in m."""
         return self.radius, None if self.width is None else self.edge or None
+
+    @property
+    def reach(self) -> tuple[Interval, Interval]:
+        """Least and largest x and y in m, relative to the tip."""
+        return (-self.radius, self.radius), ENDLESS if self.width is None else (-self.width / 2, self.width / 2)
 
     @property
     def axle(self) -> float | None:

@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Tool, arc
+from ncf_fenicsx.tools.rigid_surface import Interval, Tool, arc
 from ncf_fenicsx.units import PositiveLength
 
 
@@ -46,6 +46,12 @@ class PresserFoot(Tool):
         right = arc(self.edge, 0, 90, 31) + np.array([half - self.edge, self.edge])
         right = np.vstack([right, [half, top]])
         return np.vstack([(right * np.array([-1.0, 1.0]))[::-1], right])
+
+    @property
+    def reach(self) -> tuple[Interval, Interval]:
+        """Least and largest x and y in m, relative to the tip."""
+        length, width = self.size
+        return (-length / 2, length / 2), (-width / 2, width / 2)
 
     @property
     def radii(self) -> tuple[float | None, float | None]:

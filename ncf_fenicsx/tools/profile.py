@@ -14,7 +14,7 @@ from pydantic import model_validator
 
 from ncf_fenicsx.kinds import Constants, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Tool, arc
+from ncf_fenicsx.tools.rigid_surface import ENDLESS, Interval, Tool, arc
 from ncf_fenicsx.units import Length, PositiveLength
 
 Vector = tuple[float, float]
@@ -79,6 +79,11 @@ class Profile(Tool):
         bottom = np.stack([x, np.min(pieces, axis=0) + self.rounding], axis=1)
         top = bottom[:, 1].max() + np.ptp(x) / 4
         return np.vstack([[x[0], top], bottom, [x[-1], top]])
+
+    @property
+    def reach(self) -> tuple[Interval, Interval]:
+        """Least and largest x and y in m, relative to the tip."""
+        return (self.points[0][0] - self.rounding, self.points[-1][0] + self.rounding), ENDLESS
 
     @property
     def radii(self) -> tuple[float | None, float | None]:

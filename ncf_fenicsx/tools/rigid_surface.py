@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import Annotated
 
@@ -15,12 +16,17 @@ from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
 from ncf_fenicsx.units import Clearance, Length, Penalty
 
+Interval = tuple[float, float]
+ENDLESS: Interval = (-math.inf, math.inf)
+
 
 class RigidSurface(Kind):
     """A rigid surface; its reference point is its tip, a point of the surface."""
 
     position: tuple[Length, Length] = parameter(
-        ("0 mm", "0 mm"), description="x and y of the tip at the start, in the stack's axes"
+        ("0 mm", "0 mm"),
+        description="x and y of the tip at the start, in the stack's axes; with a mesh file, unless given, at its "
+        "planes of symmetry, or over its middle where there is none",
     )
     clearance: Clearance = parameter("0 mm", description="distance along z between the tip and the stack at the start")
     penalty: Penalty = parameter(
@@ -42,6 +48,11 @@ class RigidSurface(Kind):
     def radii(self) -> tuple[float | None, float | None]:
         """Smallest radius (m) that elements have to follow along x and along y; None where there is none."""
         return None, None
+
+    @property
+    def reach(self) -> tuple[Interval, Interval]:
+        """Least and largest x and y (m) of the surface, relative to its tip; infinite where it has no end."""
+        return ENDLESS, ENDLESS
 
     @property
     def under_force(self) -> bool:

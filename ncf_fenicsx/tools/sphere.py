@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Tool, circle
+from ncf_fenicsx.tools.rigid_surface import Interval, Tool, circle
 from ncf_fenicsx.units import PositiveLength
 
 
@@ -31,6 +31,11 @@ class Sphere(Tool):
     def radii(self) -> tuple[float | None, float | None]:
         """Radius of the sphere along x and along y in m."""
         return self.radius, self.radius
+
+    @property
+    def reach(self) -> tuple[Interval, Interval]:
+        """Least and largest x and y in m, relative to the tip."""
+        return (-self.radius, self.radius), (-self.radius, self.radius)
 
     @property
     def axle(self) -> float | None:

@@ -64,8 +64,8 @@ def flatten(mesh):
     mesh.points[:, 2] *= np.where(mesh.points[:, 2] > 3e-3, 0.5, 1.0)
 
 
-def shrink(mesh):
-    mesh.points *= 1e-3
+def thin(mesh):
+    mesh.points[:, 2] *= 0.5
 
 
 def bend(mesh):
@@ -93,11 +93,11 @@ def rename(old, new):
     [
         (invert, "is inverted"),
         (flatten, "is degenerate"),
-        (shrink, "is 0.002 mm thick on average; expected stack.thickness = 2 mm"),
+        (thin, "is 1 mm thick on average; expected stack.thickness = 2 mm"),
         (bend, "the bottom is not flat"),
         (forget_a_facet, "has no tag"),
         (rename("layer_2", "layer_7"), "no physical volume 'layer_2'"),
-        (rename("top", "lid"), "physical surface 'lid'"),
+        (rename("top", "lid"), "is in 'lid'"),
         (rename("x_min", "sides"), "no facets named 'x_min'"),
         (lambda mesh: mesh.field_data.update(layer_9=mesh.field_data.pop("layer_1")), "no physical volume 'layer_1'"),
     ],
