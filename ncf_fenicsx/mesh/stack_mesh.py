@@ -15,7 +15,7 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh import compat, hexahedra
 from ncf_fenicsx.mesh.elements import Element
 from ncf_fenicsx.mesh.gmsh import read_gmsh
-from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
+from ncf_fenicsx.mesh.hexahedra import TAGS, Floats, Hexahedra, Integers
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.mesh.tool_placement import placement_cautions
 from ncf_fenicsx.scene import Scene
@@ -104,7 +104,7 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
 def stack_of(scene: Scene) -> Hexahedra:
     """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
     file = scene.stack.mesh
-    stack = _extruded(scene.stack, _focus(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
+    stack = _extruded(scene.stack, focus_of(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
     hexahedra.check_cells(stack)
     _check_sides(scene.stack, stack)
     bonded = [isinstance(way, Bonded) for way in scene.interfaces]
@@ -125,15 +125,18 @@ def _focus(scene: Scene) -> tuple[float, float]:
 
 
 def _extruded(stack: Stack, focus: tuple[float, float]) -> Hexahedra:
-    grids = [
-        [hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)]
-        for divisions in stack.divisions_by_layer
-    ]
+    grids = [grid_lines(stack, focus, layer) for layer in range(stack.layers)]
     heights = [
         stack.thickness * np.linspace(number, number + 1, elements + 1)
         for number, elements in enumerate(stack.elements_through)
     ]
     return hexahedra.extrude(grids, heights)
+
+
+def grid_lines(stack: Stack, focus: tuple[float, float], layer: int) -> list[Floats]:
+    """Coordinates x and y in m of the element edges of a layer, 0 at the bottom."""
+    divisions = stack.divisions_by_layer[layer]
+    return [hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)]
 
 
 def _check_sides(settings: Stack, stack: Hexahedra) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
@@ -17,6 +16,7 @@ from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.laws.law import Conditions, real
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
+from ncf_fenicsx.scene.scene_file import apply_override, read_table
 from ncf_fenicsx.scene.settings import Explicit, Output, Solver
 from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
 from ncf_fenicsx.tools import path as motion
@@ -191,12 +191,7 @@ class Scene(Settings):
             SceneError: the file cannot be read or is no valid scene.
         """
         path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise SceneError(f"{path}: {error.strerror}; expected a scene file") from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise SceneError(f"{path}: not TOML: {error}") from error
+        data = read_table(path)
         for text in overrides:
             apply_override(data, text)
         scene = cls.from_table(data, source=str(path))
@@ -235,29 +230,6 @@ class Scene(Settings):
     def to_toml(self) -> str:
         """That table as a file that reads back to the same scene."""
         return tomli_w.dumps(self.table())
-
-
-def apply_override(data: dict[str, Any], text: str) -> None:
-    """Set one nested key of a table from ``key.of.table=value``; a number in the key picks from a list.
-
-    Raises:
-        SceneError: the text has no ``=``, or its key leads through something that is no table.
-    """
-    key, equals, value = text.partition("=")
-    if not equals:
-        raise SceneError(f"--set {text}: expected KEY=VALUE, such as stack.layers=2")
-    try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        parsed = value.strip()
-    *tables, last = key.strip().split(".")
-    target: Any = data
-    try:
-        for name in tables:
-            target = target[int(name)] if isinstance(target, list) else target.setdefault(name, {})
-        target[int(last) if isinstance(target, list) else last] = parsed
-    except (AttributeError, IndexError, TypeError, ValueError) as error:
-        raise SceneError(f"--set {text}: no such table in the scene; expected a key such as stack.layers") from error
 
 
 def _without_none(table: Any) -> Any:
