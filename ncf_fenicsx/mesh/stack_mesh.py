@@ -15,7 +15,7 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh import compat, hexahedra
 from ncf_fenicsx.mesh.elements import Element
 from ncf_fenicsx.mesh.gmsh import read_gmsh
-from ncf_fenicsx.mesh.hexahedra import TAGS, Floats, Hexahedra, Integers
+from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.mesh.tool_placement import placement_cautions
 from ncf_fenicsx.scene import Scene
@@ -120,23 +120,21 @@ def stack_of(scene: Scene) -> Hexahedra:
     return stack
 
 
-def _focus(scene: Scene) -> tuple[float, float]:
+def focus_of(scene: Scene) -> tuple[float, float]:
+    """X and y in m that the mesh of an extruded stack is refined towards."""
     return scene.stack.focus or (scene.tool[0].position if scene.tool else (0.0, 0.0))
 
 
 def _extruded(stack: Stack, focus: tuple[float, float]) -> Hexahedra:
-    grids = [grid_lines(stack, focus, layer) for layer in range(stack.layers)]
+    grids = [
+        [hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)]
+        for divisions in stack.divisions_by_layer
+    ]
     heights = [
         stack.thickness * np.linspace(number, number + 1, elements + 1)
         for number, elements in enumerate(stack.elements_through)
     ]
     return hexahedra.extrude(grids, heights)
-
-
-def grid_lines(stack: Stack, focus: tuple[float, float], layer: int) -> list[Floats]:
-    """Coordinates x and y in m of the element edges of a layer, 0 at the bottom."""
-    divisions = stack.divisions_by_layer[layer]
-    return [hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)]
 
 
 def _check_sides(settings: Stack, stack: Hexahedra) -> None:

@@ -46,7 +46,7 @@ def _too_coarse(name: str, surface: RigidSurface, stack: Hexahedra) -> list[str]
     """Elements of the pressed face, where the surface comes, against its radii."""
     tag = TAGS["bottom" if isinstance(surface, Mould) else "top"]
     quads = stack.points[stack.cells[:, FACES].reshape(-1, 4)[(stack.face_tags == tag).ravel()]]
-    near = quads[_reached(surface, quads)]
+    near = quads[reached(surface, quads)]
     cautions = []
     for axis, letter in enumerate(AXES):
         radius = surface.radii[axis]
@@ -61,16 +61,21 @@ def _too_coarse(name: str, surface: RigidSurface, stack: Hexahedra) -> list[str]
     return cautions
 
 
-def _reached(surface: RigidSurface, quads: Floats) -> NDArray[np.bool_]:
+def reached(surface: RigidSurface, quads: Floats) -> NDArray[np.bool_]:
     """Which quads the surface's tip is over on its way, or within a radius of; along an axis without a radius, all."""
-    tips = np.array([surface.position])
-    if isinstance(surface, Tool):
-        tips = np.array([surface.tip(0.0, time)[:2] for time in (0.0, *motion.milestones(surface.path))])
-    reached = np.ones(len(quads), dtype=bool)
+    tips = stops(surface)
+    inside = np.ones(len(quads), dtype=bool)
     for axis in (0, 1):
         radius = surface.radii[axis]
         if radius is not None:
             along, first, last = quads[:, :, axis], tips[:, axis].min(), tips[:, axis].max()
             near = (along.mean(axis=1) >= first - radius) & (along.mean(axis=1) <= last + radius)
-            reached &= near | ((along.min(axis=1) <= last) & (along.max(axis=1) >= first))
-    return reached
+            inside &= near | ((along.min(axis=1) <= last) & (along.max(axis=1) >= first))
+    return inside
+
+
+def stops(surface: RigidSurface) -> Floats:
+    """X and y (m) of the surface's tip at the start and at the end of each piece of its path, shape (stops, 2)."""
+    if not isinstance(surface, Tool):
+        return np.array([surface.position])
+    return np.array([surface.tip(0.0, time)[:2] for time in (0.0, *motion.milestones(surface.path))])

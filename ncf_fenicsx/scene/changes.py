@@ -111,7 +111,10 @@ def _goes_on(path: tuple[Segment, ...], number: int, other: Segment, travelled: 
         return False
     if segment.force is not None and segment.force != force_before:
         return False  # the ramp would have been another one
-    if segment.travel is None or other.travel is None or segment.speed is None or other.speed is None:
-        return segment.travel is None and other.travel is None
-    ways = [[part.speed * length / math.hypot(*part.travel) for length in part.travel] for part in (segment, other)]
-    return math.dist(*ways) <= SAME * segment.speed
+    ways = [_velocity(part) for part in (segment, other)]
+    return math.dist(*ways) <= SAME * math.hypot(*ways[0])
+
+
+def _velocity(segment: Segment) -> list[float]:
+    """Of the tool along x, y and z in m/s."""
+    return [length / segment.duration for length in segment.travel or (0.0, 0.0, 0.0)]

@@ -8,8 +8,8 @@ from mpi4py import MPI
 
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.results_folder import check_folder
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
@@ -50,7 +50,7 @@ def build_problem(
 
 
 def preview(scene: Scene, control: StepControl, duration: float) -> str:
-    """Lines on what will be built: mesh, terms, unknowns, steps, memory.
+    """Lines on what will be built: mesh, terms, unknowns, steps, memory. Only a mesh file is read, nothing is built.
 
     Args:
         scene: the case.
@@ -60,12 +60,8 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     Raises:
         SceneError: its mesh is not valid, or a tool starts in the stack.
     """
-    stack = build_mesh(scene, MPI.COMM_SELF)
-    if scene.rigid_surfaces:
-        Problem(scene, stack).contacts.check_start()
-    nodes = int(stack.numbers.max()) + 1
-    unknowns = 3 * nodes
-    facing = sum(len(stack.facets(lower_tag(layer))) for layer in stack.open_interfaces)
+    size = size_of(scene)
+    unknowns, facing = 3 * size.nodes, size.facing
     laws = scene.laws
     terms = [f"{law.family} ({law.kind})" for law in laws.chosen]
     if scene.gravity:
@@ -76,7 +72,7 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
     if facing:
         terms.append(f"contact of layers on {facing} facing facets")
     lines = [
-        f"mesh: {len(stack.layer)} hexahedra, {nodes} nodes, {scene.stack.layers} layers",
+        f"mesh: {size.cells} hexahedra, {size.nodes} nodes, {scene.stack.layers} layers",
         f"residual: {'; '.join(terms)}",
         f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
         f"unknowns: {unknowns}",
@@ -84,6 +80,6 @@ def preview(scene: Scene, control: StepControl, duration: float) -> str:
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
         f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns:.2g} GB",
         f"path: {duration:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)",
-        *(f"caution: {caution}" for caution in (*scene.cautions, *stack.cautions)),
+        *(f"caution: {caution}" for caution in (*scene.cautions, *size.cautions)),
     ]
     return "\n".join(lines)
