@@ -140,7 +140,7 @@ def _deciding(lines: Floats, surfaces: list[RigidSurface], axis: int) -> Floats:
     """
     edges = np.stack([lines[:-1], lines[1:]], axis=1)
     last = len(edges) - 1
-    chosen: set[int] = {round(number) for number in np.linspace(0, last, min(len(edges), EVERY)).tolist()}
+    chosen = {round(float(number)) for number in np.linspace(0, last, min(len(edges), EVERY))}
     for surface in surfaces:
         strips = np.zeros((len(edges), 2, 3))
         strips[:, :, axis], strips[:, :, 1 - axis] = edges, (-FAR, FAR)

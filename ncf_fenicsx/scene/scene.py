@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
@@ -212,6 +213,7 @@ class Scene(Settings):
     def with_mesh_beside(self, path: Path) -> Scene:
         """The scene with the full path of its mesh, given relative to a scene file."""
         mesh = path.parent / str(self.stack.mesh)
+        os.fsencode(mesh)  # where the locale has no such letter, that is what is wrong, not that the file is missing
         if not mesh.is_file():
             raise SceneError(f"{path}: stack.mesh = {self.stack.mesh!r}: no such file; expected a gmsh file")
         stack = self.stack.model_copy(update={"mesh": str(mesh.resolve())})

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.mesh.parallel import on_root
@@ -19,6 +20,9 @@ from ncf_fenicsx.solver.timing import Phases
 MEMORY_OF_PROGRAM = 0.18
 MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
 """GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see docs/performance.md."""
+
+LEAST_FORCE = 5.0
+"""Force on a tool, over the forces that round-off leaves, below which its height may not be found: steps fail at 2."""
 
 
 def build_problem(
@@ -35,7 +39,8 @@ def build_problem(
         phases: clock that mesh and forms are booked on.
 
     Raises:
-        SceneError: the scene's mesh is not valid, a tool starts in the stack, or the folder cannot be used.
+        SceneError: the scene's mesh is not valid, a tool starts in the stack or has a force that is lost in round-off,
+            or the folder cannot be used.
     """
     with phases("mesh"):
         stack = build_mesh(scene, comm)
@@ -46,7 +51,24 @@ def build_problem(
     with phases("forms"):
         problem = Problem(scene, stack)
         problem.contacts.check_start()
+        check_forces(problem)
     return problem
+
+
+def check_forces(problem: Problem) -> None:
+    """Whether round-off leaves of the forces on tools what a height can be found by; collective.
+
+    Raises:
+        SceneError: a force is too small.
+    """
+    least = LEAST_FORCE * problem.scales.force_floor
+    for control in problem.contacts.controls:
+        for number, segment in enumerate(control.path):
+            if segment.force is not None and segment.force < control.copies * least:
+                raise SceneError(
+                    f"{control.contact.name}.path.{number}.force = {segment.force:.4g} N: below what round-off leaves "
+                    f"of the forces in this mesh; expected at least {control.copies * least:.2g} N"
+                )
 
 
 def preview(scene: Scene, control: StepControl, duration: float) -> str:
