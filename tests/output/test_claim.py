@@ -68,7 +68,7 @@ def test_a_claim_whose_holder_was_killed_is_none(tmp_path):
 
 
 def test_without_locks_the_file_is_the_claim_and_is_never_taken_for_dead(tmp_path, monkeypatch):
-    def no_locks(file, how):
+    def no_locks(*_):
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(fcntl, "flock", no_locks)

@@ -16,9 +16,10 @@ UP = {"travel": ["0 mm", "0 mm", "0.3 mm"], "speed": "2 mm/min"}
 TABLE = {
     "stack": {"layers": 2},
     "interface": {"kind": "stitched"},
-    "tool": {"path": [DOWN, HOLD, HOLD, UP]},
+    "tool": {"path": [DOWN, HOLD, dict(HOLD), UP]},
     "laws": {"rate": {"feed": "process"}},
 }
+DOWN_AGAIN = "{travel=['0 mm', '0 mm', '-0.3 mm'], speed='1 mm/min'}"
 DOWN_FURTHER = "{travel=['0 mm', '0 mm', '-0.4 mm'], speed='1 mm/min'}"
 
 ALLOWED = {
@@ -28,7 +29,7 @@ ALLOWED = {
     "output": (10, ["output.fields_every=3", "output.permeability={}"]),
     "longer, on its way": (10, ["tool.path.0=" + DOWN_FURTHER]),
     "shorter, on its way": (10, ["tool.path.0.travel=['0 mm', '0 mm', '-0.2 mm']"]),
-    "what is to come": (10, ["tool.path.1={hold='3 s'}", "tool.path.3.force=1 N", "tool.path.3={hold='9 s', force='1 N'}"]),
+    "what is to come": (10, ["tool.path.1={hold='3 s'}", "tool.path.3={hold='9 s', force='1 N'}"]),
     "longer, at its end": (18, ["tool.path.0=" + DOWN_FURTHER]),
     "a force kept longer": (30, ["tool.path.2.hold=1 h"]),
     "the rest": (37, ["tool.path.3.travel=['0 mm', '0 mm', '1 mm']"]),
@@ -46,11 +47,11 @@ REFUSED = {
     "an interface": (10, ["interface.kind=one_sided"], "interface.kind = 'one_sided'"),
     "speed on its way": (10, ["tool.path.0.speed=0.5 mm/min"], "tool.path.0: has been travelled for 10 s"),
     "way on its way": (10, ["tool.path.0.travel=['0.1 mm', '0 mm', '-0.3 mm']"], "tool.path.0: has been travelled for"),
-    "shorter than it is": (10, ["tool.path.0.travel=['0 mm', '0 mm', '-0.1 mm']"], "tool.path.0: has been travelled for"),
+    "shorter than it is": (10, ["tool.path.0.travel=['0 mm', '0 mm', '-0.1 mm']"], "tool.path.0: has been travelled"),
     "a piece that is past": (20, ["tool.path.0=" + DOWN_FURTHER], "tool.path.0: has been travelled; expected"),
     "a ramp that it is in": (20, ["tool.path.1.hold=20 s"], "tool.path.1: has been travelled for 2 s"),
     "a force that it is in": (20, ["tool.path.1.force=3 N"], "tool.path.1: has been travelled for 2 s"),
-    "an end before": (30, ["tool.path=[{travel=['0 mm', '0 mm', '-0.3 mm'], speed='1 mm/min'}, {hold='10 s', force='2 N'}]"],
+    "an end before": (30, [f"tool.path=[{DOWN_AGAIN}, {{hold='10 s', force='2 N'}}]"],
                       "tool.path ends at 28 s; expected an end at 30 s"),
     "faster than all before": (10, ["tool.path.3={travel=['0 mm', '0 mm', '-0.1 mm'], speed='9 mm/min'}"],
                                "expected 1 mm/min to stay the highest speed downwards"),

@@ -36,8 +36,6 @@ def test_a_surface_has_to_move_away_by_what_it_is_in_the_stack(surface, sign):
     point = np.array([[0.0, 0.0, sign * 3e-4]])
     depth = depth_at_start(surface, np.zeros(3), lambda tip: float(distances(surface, point - tip).min()), 1e-9)
     assert depth == pytest.approx(3e-4, abs=2e-9)
-    with pytest.raises(
-        SceneError, match=r"it.clearance = 0 mm: it starts 0.3 mm inside the stack; expected at least 0.3"
-    ):
+    with pytest.raises(SceneError, match=r"it.clearance = 0 mm: it starts 0.3 mm inside the stack"):
         check_depth("it", surface, depth)
     check_depth("it", surface, 0.0)
