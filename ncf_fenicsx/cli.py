@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 import sys
 import traceback
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated
 
@@ -186,10 +188,16 @@ def say(text: str) -> None:
 
 def main() -> None:
     """Entry point; every user's mistake is one line and exit code 2, and a rank that fails ends all ranks."""
+    write_any_text()
     try:
+        for argument in sys.argv:
+            argument.encode()  # DOLFINx does not start with one that the locale cannot read
         app()
     except SceneError as error:
         complain(str(error))
+        sys.exit(BAD_INPUT)
+    except UnicodeEncodeError as error:
+        complain(f"{error.object}: has letters that this locale does not know; expected LC_ALL=C.UTF-8 or PYTHONUTF8=1")
         sys.exit(BAD_INPUT)
     except ResultError as error:
         complain(str(error))
@@ -204,6 +212,14 @@ def main() -> None:
         from mpi4py import MPI
 
         MPI.COMM_WORLD.Abort(STOPPED)
+
+
+def write_any_text() -> None:
+    """Let the streams take every letter: UTF-8 where the locale is mere ASCII, else escapes for what it has not."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            encoding = codecs.lookup(stream.encoding).name
+            stream.reconfigure(encoding="utf-8" if encoding == "ascii" else encoding, errors="backslashreplace")
 
 
 def complain(message: str) -> None:

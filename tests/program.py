@@ -12,9 +12,11 @@ SMALL_STACK = ROOT / "tests" / "small_stack.msh"
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 
 
-def call(*arguments, ranks=1, folder=None):
-    """Run the program with these arguments, to its end."""
+def call(*arguments, ranks=1, folder=None, environment=None):
+    """Run the program with these arguments, to its end; some variables of its environment replaced."""
     command = [sys.executable, "-m", "ncf_fenicsx", *map(str, arguments)]
     if ranks > 1:
         command = ["mpirun", "-n", str(ranks), *command]
-    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command, cwd=folder, env=ENVIRONMENT | (environment or {}), capture_output=True, text=True, check=False
+    )

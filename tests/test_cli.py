@@ -60,6 +60,29 @@ def test_wrong_input_in_parallel_is_one_line_and_code_2(tmp_path):
     assert "Traceback" not in ended.stderr
 
 
+ASCII = {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_letters_that_the_locale_does_not_know_are_printed_all_the_same(tmp_path, command):
+    text = 'title = "K\u00e4se"\n[tool]\nkind = "plate"\npath = [{hold = "1 s"}]\n[solver]\nmax_steps = 1\n'
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    words = [command, "case.toml", *SMALL]
+    ended = call(*words, folder=tmp_path, environment=ASCII)
+    assert ended.returncode == (command == "run"), ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert command == "run" or 'title = "K\u00e4se"' in ended.stdout
+
+
+def test_a_locale_that_cannot_read_an_argument_or_name_a_file_is_one_line(tmp_path):
+    (tmp_path / "case.toml").write_text('duration = "1 s"\n[stack]\nmesh = "m\u00e4.msh"\n', encoding="utf-8")
+    for words in (["check", "case.toml"], ["check", "k\u00e4se.toml"]):
+        ended = call(*words, folder=tmp_path, environment=ASCII)
+        assert ended.returncode == 2
+        assert "expected LC_ALL=C.UTF-8 or PYTHONUTF8=1" in ended.stderr
+        assert ended.stderr.count("\n") == 1
+
+
 def test_a_rank_that_fails_ends_all_ranks(tmp_path):
     script = tmp_path / "one_fails.py"
     script.write_text(

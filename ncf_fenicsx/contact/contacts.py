@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,7 +16,6 @@ from ncf_fenicsx.contact.layer_contact import LayerContact
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.rigid_contact import RigidContact
 from ncf_fenicsx.contact.tangent_blocks import Blocks
-from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.laws.contact import AugmentedLagrangian
 from ncf_fenicsx.laws.kinematics import Expression
@@ -27,6 +25,7 @@ from ncf_fenicsx.mesh.hexahedra import TAGS, lower_tag
 from ncf_fenicsx.mesh.state_fields import StateField
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
+from ncf_fenicsx.tools.start import check_depth
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -172,16 +171,7 @@ class Contacts:
     def check_start(self) -> None:
         """Raise a SceneError that says how far to raise a tool, or to lower a mould, that starts in the stack."""
         for contact in self.rigid:
-            depth = contact.depth_at_start()
-            if depth > 0:
-                given, enough = (
-                    1e3 * contact.surface.clearance,
-                    math.ceil(1e7 * (contact.surface.clearance + depth)) / 1e4,
-                )
-                raise SceneError(
-                    f"{contact.name}.clearance = {given:.6g} mm: it starts {1e3 * depth:.4g} mm inside the stack; "
-                    f"expected at least {enough:.6g} mm"
-                )
+            check_depth(contact.name, contact.surface, contact.depth_at_start())
 
     def rollback(self, time: float) -> None:
         """Follow the body, which is in its committed state at a time (s) again."""

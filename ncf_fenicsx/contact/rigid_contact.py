@@ -19,6 +19,7 @@ from ncf_fenicsx.mesh.faces import Face
 from ncf_fenicsx.mesh.state_fields import Location, StateField, field_on_face
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
+from ncf_fenicsx.tools.start import depth_at_start
 
 Floats = NDArray[np.float64]
 
@@ -156,14 +157,7 @@ class RigidContact:
 
     def depth_at_start(self) -> float:
         """How far (m) the surface would have to move away along z, for the undeformed fabric to be free of it."""
-        away = np.array([0.0, 0.0, 1.0 if isinstance(self.surface, Tool) else -1.0])
-        moved, tolerance = 0.0, 1e-6 * self.body.thickness
-        for _ in range(100):  # a distance is no longer than that along z: each move is short of the last, if at all
-            depth = -self._lowest_gap_from(self.tip.value + moved * away)
-            if depth <= tolerance:
-                break
-            moved += depth
-        return moved
+        return depth_at_start(self.surface, self.tip.value, self._lowest_gap_from, 1e-6 * self.body.thickness)
 
     def speed_after(self, time: float) -> float:
         """Speed of a tool in m/s after a time (s), without what forces add to its height; 0 of a mould."""

@@ -55,7 +55,7 @@ class Problem:
     """
 
     def __init__(self, scene: Scene, stack: StackMesh) -> None:
-        scene = scene.with_tools_over(stack.place)
+        scene = scene.with_tools_over(stack.position)
         self.scene, self.stack, self.mesh, self.comm = scene, stack, stack.mesh, stack.mesh.comm
         self.symmetric, element = scene.symmetric, stack.element
         components = basix.ufl.blocked_element(element.basix(), shape=(3,))

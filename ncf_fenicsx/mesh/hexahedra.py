@@ -203,12 +203,21 @@ def corner_volumes(stack: Hexahedra) -> Floats:
     return volumes
 
 
+def is_degenerate(smallest: Any, extent: Floats) -> Any:
+    """Whether hexahedra have no volume to speak of.
+
+    Args:
+        smallest: Jacobian of their corners in m3, the smallest of each.
+        extent: along the axes in m, shape (..., 3).
+    """
+    return smallest <= 1e-6 * extent.prod(axis=-1) + 1e-18 * extent.max(axis=-1) ** 3
+
+
 def check_cells(stack: Hexahedra) -> None:
     """Raise a SceneError that names the first inverted or degenerate cell, by the Jacobian at its corners."""
     corners = stack.points[stack.cells]
-    extent = np.sort(np.ptp(corners, axis=1), axis=1)
     smallest = corner_volumes(stack).min(axis=1)
-    bad = np.flatnonzero(smallest <= 1e-6 * extent.prod(axis=1) + 1e-18 * extent[:, 2] ** 3)
+    bad = np.flatnonzero(is_degenerate(smallest, np.ptp(corners, axis=1)))
     if len(bad):
         what = "inverted" if smallest[bad[0]] < 0 else "degenerate"
         where = point_in_words(corners[bad[0]].mean(axis=0))

@@ -18,7 +18,7 @@ from ncf_fenicsx.mesh.gmsh import read_gmsh
 from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.mesh.mesh_checks import check_extent, check_mesh
 from ncf_fenicsx.mesh.parallel import on_root
-from ncf_fenicsx.mesh.tool_placement import check_placement, place_of_tools, placement_cautions
+from ncf_fenicsx.mesh.tool_placement import check_placement, placement_cautions, position_of_tools
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import Bonded
 from ncf_fenicsx.scene.stack import Stack
@@ -39,7 +39,7 @@ class StackMesh:
         top: height of its top in m.
         extent: largest of its extents along the axes in m.
         cautions: what is doubtful about where the tools are.
-        place: x and y in m of tools that have no position of their own.
+        position: x and y in m of tools that have no position of their own.
     """
 
     mesh: Any
@@ -52,7 +52,7 @@ class StackMesh:
     top: float
     extent: float
     cautions: list[str]
-    place: tuple[float, float]
+    position: tuple[float, float]
 
     @property
     def cell_numbers(self) -> Integers:
@@ -68,7 +68,7 @@ class StackMesh:
         return numbers
 
     def sublaminates(self, space: Any) -> Integers:
-        """Pack of each owned node of a nodal space, 0 at the bottom: layers that share nodes are one."""
+        """Number of the sublaminate, layers that share nodes, of each owned node of a nodal space, 0 at the bottom."""
         index_map = space.dofmap.index_map
         sublaminates = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int64)
         sublaminates[space.dofmap.list] = np.searchsorted(self.open_interfaces, self.layer)[:, None]
@@ -87,8 +87,8 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
             lies or faces elsewhere than its name says, a tool that never meets the stack.
     """
     stack = on_root(comm, lambda: stack_of(scene))
-    place = place_of_tools(scene.stack, stack)
-    placed = scene.with_tools_over(place)
+    position = position_of_tools(scene.stack, stack)
+    placed = scene.with_tools_over(position)
     check_placement(placed, stack)
     parts = hexahedra.columns(stack, comm.size)
     held = slice(None) if comm.rank == 0 else slice(0)  # rank 0 hands the cells out
@@ -105,14 +105,14 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         top=float(stack.points[:, 2].max()),
         extent=float(np.ptp(stack.points, axis=0).max()),
         cautions=placement_cautions(placed, stack),
-        place=place,
+        position=position,
     )
 
 
 def stack_of(scene: Scene) -> Hexahedra:
     """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
     file = scene.stack.mesh
-    stack = _extruded(scene.stack, _focus(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
+    stack = _extruded(scene.stack, focus_of(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
     if file is not None:
         check_extent(stack)
     hexahedra.check_cells(stack)
@@ -132,7 +132,8 @@ def stack_of(scene: Scene) -> Hexahedra:
     return stack
 
 
-def _focus(scene: Scene) -> tuple[float, float]:
+def focus_of(scene: Scene) -> tuple[float, float]:
+    """X and y in m that the mesh of an extruded stack is refined towards."""
     return scene.stack.focus or (scene.tool[0].position if scene.tool else (0.0, 0.0))
 
 

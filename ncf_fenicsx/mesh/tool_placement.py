@@ -24,8 +24,8 @@ NEAR = 1e-9
 """Length in m that is none: round-off of positions."""
 
 
-def place_of_tools(settings: Stack, stack: Hexahedra) -> tuple[float, float]:
-    """Place (x, y) in m of tools that have none of their own.
+def position_of_tools(settings: Stack, stack: Hexahedra) -> tuple[float, float]:
+    """Position (x, y) in m of tools that have none of their own.
 
     That of an extruded stack is its corner. A mesh file may lie anywhere: along each axis that is its plane of
     symmetry, or its middle where it has none.
@@ -34,11 +34,11 @@ def place_of_tools(settings: Stack, stack: Hexahedra) -> tuple[float, float]:
         return 0.0, 0.0
     low, high = stack.points.min(axis=0), stack.points.max(axis=0)
     sides = dict(settings.sides)
-    place = (low + high) / 2
+    position = (low + high) / 2
     for axis, letter in enumerate(AXES):
         if "symmetry" in (sides[f"{letter}_min"], sides[f"{letter}_max"]):
-            place[axis] = low[axis] if sides[f"{letter}_min"] == "symmetry" else high[axis]
-    return float(place[0]), float(place[1])
+            position[axis] = low[axis] if sides[f"{letter}_min"] == "symmetry" else high[axis]
+    return float(position[0]), float(position[1])
 
 
 def check_placement(scene: Scene, stack: Hexahedra) -> None:
@@ -68,7 +68,7 @@ def _millimetres(length: float) -> str:
 
 
 def _tips(tool: Tool, top: float) -> Floats:
-    """Places of a tool's tip (m) where its path bends, shape (places, 3); in between it goes straight."""
+    """Positions of a tool's tip (m) where its path bends, shape (positions, 3); in between it goes straight."""
     return np.array([tool.tip(top, time) for time in (0.0, *motion.milestones(tool.path))])
 
 
@@ -136,7 +136,7 @@ def _too_coarse(name: str, surface: RigidSurface, stack: Hexahedra) -> list[str]
     """Elements of the pressed face, where the surface comes, against its radii."""
     tag = TAGS["bottom" if isinstance(surface, Mould) else "top"]
     quads = stack.points[stack.cells[:, FACES].reshape(-1, 4)[(stack.face_tags == tag).ravel()]]
-    near = quads[_reached(surface, quads)]
+    near = quads[reached(surface, quads)]
     cautions = []
     for axis, letter in enumerate(AXES):
         radius = surface.radii[axis]
@@ -151,16 +151,21 @@ def _too_coarse(name: str, surface: RigidSurface, stack: Hexahedra) -> list[str]
     return cautions
 
 
-def _reached(surface: RigidSurface, quads: Floats) -> NDArray[np.bool_]:
+def reached(surface: RigidSurface, quads: Floats) -> NDArray[np.bool_]:
     """Which quads the surface's tip is over on its way, or within a radius of; along an axis without a radius, all."""
-    tips = np.array([surface.position])
-    if isinstance(surface, Tool):
-        tips = np.array([surface.tip(0.0, time)[:2] for time in (0.0, *motion.milestones(surface.path))])
-    reached = np.ones(len(quads), dtype=bool)
+    tips = stops(surface)
+    inside = np.ones(len(quads), dtype=bool)
     for axis in (0, 1):
         radius = surface.radii[axis]
         if radius is not None:
             along, first, last = quads[:, :, axis], tips[:, axis].min(), tips[:, axis].max()
             near = (along.mean(axis=1) >= first - radius) & (along.mean(axis=1) <= last + radius)
-            reached &= near | ((along.min(axis=1) <= last) & (along.max(axis=1) >= first))
-    return reached
+            inside &= near | ((along.min(axis=1) <= last) & (along.max(axis=1) >= first))
+    return inside
+
+
+def stops(surface: RigidSurface) -> Floats:
+    """X and y (m) of the surface's tip at the start and at the end of each piece of its path, shape (stops, 2)."""
+    if not isinstance(surface, Tool):
+        return np.array([surface.position])
+    return _tips(surface, 0.0)[:, :2]

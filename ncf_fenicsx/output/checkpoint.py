@@ -105,6 +105,15 @@ def _write(path: Path, fields: dict[str, Floats | None], progress: dict[str, Any
     path.write_bytes(memory.getvalue())
 
 
+def read_progress(path: Path) -> dict[str, Any]:
+    """How far the run of a checkpoint was.
+
+    Raises:
+        SceneError: the file cannot be read.
+    """
+    return _read(path)[1]
+
+
 def _read(path: Path) -> tuple[dict[str, Floats], dict[str, Any]]:
     try:
         with h5py.File(path, "r") as file:

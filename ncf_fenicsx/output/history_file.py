@@ -33,7 +33,8 @@ class HistoryFile:
         with told(self.path), self.path.open("w" if new else "a", newline="", encoding="utf-8") as file:
             before = 0 if new else file.seek(0, os.SEEK_END)
             try:
-                writer = csv.DictWriter(file, self._header)
+                # a restart may bring a solver that measures more, or less
+                writer = csv.DictWriter(file, self._header, restval="nan", extrasaction="ignore")
                 if new:
                     writer.writeheader()
                 writer.writerow(row)

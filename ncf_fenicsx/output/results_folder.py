@@ -21,32 +21,29 @@ from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.safe_files import replace
 
 FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png", "critical_mode.vtu", NAME)
+CLAIM = ".claim"
+"""File that the run which writes to a folder holds there; none of its results."""
 
 
-def check_folder(folder: Path, overwrite: bool) -> None:
+def check_folder(folder: Path, overwrite: bool, left_by: str = "") -> None:
     """Whether a folder can take results; nothing is written yet.
+
+    Args:
+        folder: for the results.
+        overwrite: whether results in it may be replaced.
+        left_by: whose claim is left in it, of a run that was killed.
 
     Raises:
         SceneError: it holds results already and may not be overwritten, or cannot be written to.
     """
     if folder.exists() and not folder.is_dir():
         raise SceneError(f"{folder}: is a file; expected a folder for the results")
-    if folder.exists() and any(folder.iterdir()) and not overwrite:
-        raise SceneError(f"{folder}: holds results already; name another folder with --out, or allow --overwrite")
+    if not overwrite and folder.exists() and any(file.name != CLAIM for file in folder.iterdir()):
+        whose = f"results of a run that was killed, {left_by}; go on with --restart," if left_by else "results already;"
+        raise SceneError(f"{folder}: holds {whose} name another folder with --out, or allow --overwrite")
     above = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
     if not above.is_dir() or not os.access(above, os.W_OK):
         raise SceneError(f"{folder}: cannot be written to; expected a folder that can")
-
-
-def check_restart(folder: Path) -> None:
-    """Whether a run may go on in a folder that has no checkpoint; nothing is written yet.
-
-    Raises:
-        SceneError: it holds the results of an explicit march, which no run goes on with.
-    """
-    history = folder / "history.csv"
-    if history.is_file() and "explicit_steps" in history.read_text(encoding="utf-8").partition("\n")[0]:
-        raise SceneError(f"{folder}: results of an explicit march, which has no checkpoints; expected those of a run")
 
 
 def prepare_folder(folder: Path) -> None:

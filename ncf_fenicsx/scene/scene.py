@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import tomllib
+import os
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
@@ -17,6 +17,7 @@ from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.laws.law import Conditions, real
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
+from ncf_fenicsx.scene.scene_file import apply_override, read_table
 from ncf_fenicsx.scene.settings import Explicit, Output, Solver
 from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
 from ncf_fenicsx.scene.usual_values import unusual
@@ -200,12 +201,7 @@ class Scene(Settings):
             SceneError: the file cannot be read or is no valid scene.
         """
         path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise SceneError(f"{path}: {error.strerror}; expected a scene file") from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise SceneError(f"{path}: not TOML: {error}") from error
+        data = read_table(path)
         for text in overrides:
             apply_override(data, text)
         scene = cls.from_table(data, source=str(path))
@@ -226,15 +222,16 @@ class Scene(Settings):
     def with_mesh_beside(self, path: Path) -> Scene:
         """The scene with the full path of its mesh, given relative to a scene file."""
         mesh = path.parent / str(self.stack.mesh)
+        os.fsencode(mesh)  # where the locale has no such letter, that is what is wrong, not that the file is missing
         if not mesh.is_file():
             raise SceneError(f"{path}: stack.mesh = {self.stack.mesh!r}: no such file; expected a gmsh file")
         stack = self.stack.model_copy(update={"mesh": str(mesh.resolve())})
         return self.model_copy(update={"stack": stack})
 
-    def with_tools_over(self, place: tuple[float, float]) -> Scene:
-        """The scene with a place (x, y) in m for tools and mould that have no position of their own."""
-        tools, mould = tuple(_over(tool, place) for tool in self.tool), self.mould
-        return self.model_copy(update={"tool": tools, "mould": None if mould is None else _over(mould, place)})
+    def with_tools_over(self, position: tuple[float, float]) -> Scene:
+        """The scene with a position (x, y) in m for tools and mould that have no position of their own."""
+        tools, mould = tuple(_over(tool, position) for tool in self.tool), self.mould
+        return self.model_copy(update={"tool": tools, "mould": None if mould is None else _over(mould, position)})
 
     def table(self) -> dict[str, Any]:
         """The scene with all defaults filled in, in SI, as nested tables: what it does not use is left out."""
@@ -256,31 +253,8 @@ class Scene(Settings):
         return tomli_w.dumps(self.table())
 
 
-def apply_override(data: dict[str, Any], text: str) -> None:
-    """Set one nested key of a table from ``key.of.table=value``; a number in the key picks from a list.
-
-    Raises:
-        SceneError: the text has no ``=``, or its key leads through something that is no table.
-    """
-    key, equals, value = text.partition("=")
-    if not equals:
-        raise SceneError(f"--set {text}: expected KEY=VALUE, such as stack.layers=2")
-    try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        parsed = value.strip()
-    *tables, last = key.strip().split(".")
-    target: Any = data
-    try:
-        for name in tables:
-            target = target[int(name)] if isinstance(target, list) else target.setdefault(name, {})
-        target[int(last) if isinstance(target, list) else last] = parsed
-    except (AttributeError, IndexError, TypeError, ValueError) as error:
-        raise SceneError(f"--set {text}: no such table in the scene; expected a key such as stack.layers") from error
-
-
-def _over(surface: Surface, place: tuple[float, float]) -> Surface:
-    return surface if "position" in surface.model_fields_set else surface.model_copy(update={"position": place})
+def _over(surface: Surface, position: tuple[float, float]) -> Surface:
+    return surface if "position" in surface.model_fields_set else surface.model_copy(update={"position": position})
 
 
 def _without_none(table: Any) -> Any:

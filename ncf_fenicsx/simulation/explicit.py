@@ -12,6 +12,7 @@ from mpi4py import MPI
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
 from ncf_fenicsx.report.summary_picture import draw_summary
@@ -63,7 +64,8 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
     solver = scene.solver.model_copy(update={"stabilisation": "none", "tangent": "plain", "perturbation": None})
     settings = scene.explicit or Explicit()
     bare = scene.model_copy(update={"solver": solver, "explicit": settings})
-    return ExplicitRun(bare, settings, Path(folder), comm, overwrite).run()
+    with Claim(Path(folder), comm, overwrite):
+        return ExplicitRun(bare, settings, Path(folder), comm, overwrite).run()
 
 
 class ExplicitRun:

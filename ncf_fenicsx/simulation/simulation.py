@@ -5,20 +5,23 @@ from __future__ import annotations
 import math
 import time
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
 from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
 from ncf_fenicsx.mesh.parallel import on_root
-from ncf_fenicsx.output.checkpoint import NAME, Checkpoint
+from ncf_fenicsx.output.checkpoint import Checkpoint
+from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
-from ncf_fenicsx.output.results_folder import Results, check_restart, prepare_folder
+from ncf_fenicsx.output.results_folder import Results, prepare_folder
 from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.data_range import DataRange
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
+from ncf_fenicsx.simulation.restart import goes_on
 from ncf_fenicsx.simulation.run_record import Result, record, tolerances, untouched
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.start import build_problem
@@ -48,7 +51,8 @@ def run(
         SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
         ResultError: results could not be written; what was written before stays.
     """
-    return Simulation(scene, Path(folder), comm, overwrite, restart).run()
+    with Claim(Path(folder), comm, overwrite or restart):
+        return Simulation(scene, Path(folder), comm, overwrite, restart).run()
 
 
 class Simulation:
@@ -58,9 +62,7 @@ class Simulation:
         self.scene, self.comm, self.phases = scene, comm, Phases()
         self.milestones, self.pieces = scene.milestones, pieces(scene)
         self.progress, self.interruption = ProgressBar(self.milestones[-1], comm), Interruption(comm)
-        self._restarts = restart and on_root(comm, (folder / NAME).is_file)
-        if restart and not self._restarts:
-            on_root(comm, lambda: check_restart(folder))
+        self._restarts = restart and on_root(comm, lambda: goes_on(folder, scene))
         self.problem = build_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
         with self.phases("forms"):
             self.measures = Measures(self.problem)
@@ -69,10 +71,7 @@ class Simulation:
             self.time_step = TimeStep(self.problem, solver.solve, [self.measures.energies.state])
             self.stabilisation = Stabilisation.of_scene(scene, self.pieces[0].control.first)
             self.steps = StabilisedStep(self.time_step, self.stabilisation, self.pieces)
-        if not self._restarts:
-            on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
-        self.results.text("scene.toml", self.problem.scene.to_toml())
         self.stability = LossOfStability(
             self.newton, self.measures, self.results, self.progress, self.steps, self.interruption
         )
@@ -83,8 +82,9 @@ class Simulation:
 
     def run(self) -> Result:
         """March through the path, then close all files."""
+        saved = self._prepare()
         with self.progress, self.interruption:
-            ended = self._resume() if self._restarts else self._start()
+            ended = self._start() if saved is None else self._resume(saved)
             if ended.ending is Ending.DONE:
                 ended = march(
                     self.pieces,
@@ -97,6 +97,14 @@ class Simulation:
                 ended.stop(self.interruption.request)
             self.finish(ended)
         return Result(ended.ending is Ending.DONE, ended.reason, self.results.folder, self.history)
+
+    def _prepare(self) -> dict[str, Any] | None:
+        """Take the state of the checkpoint, if the run goes on from one; only when it fits is anything written."""
+        saved = self.checkpoint.load() if self._restarts else None
+        if saved is None:
+            on_root(self.comm, lambda: prepare_folder(self.results.folder))
+        self.results.text("scene.toml", self.problem.scene.to_toml())
+        return saved
 
     def _start(self) -> March:
         """The march at time 0, the stack at rest."""
@@ -160,6 +168,7 @@ class Simulation:
     def _save(self, progress: March) -> None:
         self.checkpoint.save(
             {
+                "scene": self.scene.to_toml(),
                 "time": progress.time,
                 "size": progress.size,
                 "steps": progress.steps,
@@ -178,9 +187,8 @@ class Simulation:
         )
         self._saved_at = time.monotonic()
 
-    def _resume(self) -> March:
-        """The march of the checkpoint, its state and its results."""
-        saved = self.checkpoint.load()
+    def _resume(self, saved: dict[str, Any]) -> March:
+        """The march of the checkpoint whose state was taken, and its results."""
         self.time_step.resume(saved["time"])
         self.history = self.results.resume(saved["rows"], saved["snapshots"])
         self.steps.iterations, self._cuts_before = saved["iterations"], saved["cuts_before"]

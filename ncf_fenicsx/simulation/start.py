@@ -6,11 +6,12 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mesh import StackMesh, build_mesh
-from ncf_fenicsx.mesh.hexahedra import lower_tag
+from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.results_folder import check_folder
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
@@ -20,6 +21,9 @@ from ncf_fenicsx.solver.timing import Phases
 MEMORY_OF_PROGRAM = 0.18
 MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
 """GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see docs/performance.md."""
+
+LEAST_FORCE = 100.0
+"""Least force on a tool over the forces that round-off leaves: it is then carried to 0.1 %."""
 
 
 def build_problem(
@@ -36,8 +40,8 @@ def build_problem(
         phases: clock that mesh and forms are booked on.
 
     Raises:
-        SceneError: the scene's mesh is not valid, a tool starts in the stack or never meets it, or the folder cannot be
-            used.
+        SceneError: the scene's mesh is not valid, a tool starts in the stack, never meets it or has a force that is
+            lost in round-off, or the folder cannot be used.
     """
     with phases("mesh"):
         stack = build_mesh(scene, comm)
@@ -48,11 +52,28 @@ def build_problem(
     with phases("forms"):
         problem = Problem(scene, stack)
         problem.contacts.check_start()
+        check_forces(problem)
     return problem
 
 
+def check_forces(problem: Problem) -> None:
+    """Whether round-off leaves of the forces on tools what a height can be found by; collective.
+
+    Raises:
+        SceneError: a force is too small.
+    """
+    least = LEAST_FORCE * problem.scales.force_floor
+    for control in problem.contacts.controls:
+        for number, segment in enumerate(control.path):
+            if segment.force is not None and segment.force < control.copies * least:
+                raise SceneError(
+                    f"{control.contact.name}.path.{number}.force = {segment.force:.4g} N: below what round-off leaves "
+                    f"of the forces in this mesh; expected at least {control.copies * least:.2g} N"
+                )
+
+
 def preview(scene: Scene) -> str:
-    """Lines on what will be built: mesh, terms, unknowns, steps, memory.
+    """Lines on what will be built: mesh, terms, unknowns, steps, memory. Only a mesh file is read, nothing is built.
 
     Args:
         scene: the case.
@@ -60,12 +81,8 @@ def preview(scene: Scene) -> str:
     Raises:
         SceneError: its mesh is not valid, or a tool starts in the stack or never meets it.
     """
-    stack = build_mesh(scene, MPI.COMM_SELF)
-    if scene.rigid_surfaces:
-        Problem(scene, stack).contacts.check_start()
-    nodes = int(stack.numbers.max()) + 1
-    unknowns = 3 * nodes
-    facing = sum(len(stack.facets(lower_tag(layer))) for layer in stack.open_interfaces)
+    size = size_of(scene)
+    unknowns, facing = 3 * size.nodes, size.facing
     laws = scene.laws
     terms = [f"{law.family} ({law.kind})" for law in laws.chosen]
     if scene.gravity:
@@ -76,8 +93,8 @@ def preview(scene: Scene) -> str:
     if facing:
         terms.append(f"contact of layers on {facing} facing facets")
     lines = [
-        f"mesh: {len(stack.layer)} hexahedra, {nodes} nodes, {scene.stack.layers} layers",
-        *_places(scene, stack),
+        f"mesh: {size.cells} hexahedra, {size.nodes} nodes, {scene.stack.layers} layers",
+        *_positions_by_mesh(scene, size.position),
         f"residual: {'; '.join(terms)}",
         f"initial fibre volume fraction: {scene.stack.initial_volume_fraction:.6f}",
         f"unknowns: {unknowns}",
@@ -88,17 +105,17 @@ def preview(scene: Scene) -> str:
             f"path to {end:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)"
             for end, control in pieces(scene)
         ),
-        *(f"caution: {caution}" for caution in (*scene.cautions, *stack.cautions)),
+        *(f"caution: {caution}" for caution in (*scene.cautions, *size.cautions)),
     ]
     return "\n".join(lines)
 
 
-def _places(scene: Scene, stack: StackMesh) -> list[str]:
-    """Where tools and mould are that a mesh file has given a place."""
+def _positions_by_mesh(scene: Scene, position: tuple[float, float]) -> list[str]:
+    """Where tools and mould are that a mesh file has given a position."""
     if scene.stack.mesh is None:
         return []
     names = [numbered("tool", number) for number in range(len(scene.tool))] + ["mould"]
-    place = ", ".join(f"{round(1e3 * length, 9) + 0.0:.4g}" for length in stack.place)
+    shown = ", ".join(f"{round(1e3 * length, 9) + 0.0:.4g}" for length in position)
     surfaces = zip(names, scene.rigid_surfaces, strict=False)
     by_mesh = [name for name, surface in surfaces if "position" not in surface.model_fields_set]
-    return [f"{name}.position: ({place}) mm, by the mesh" for name in by_mesh]
+    return [f"{name}.position: ({shown}) mm, by the mesh" for name in by_mesh]

@@ -13,6 +13,8 @@ from ncf_fenicsx.solver.equations import System
 Floats = NDArray[np.float64]
 
 FLOOR_INCREMENT = 1e-3
+CARRIED_FLOOR = 0.1
+"""Excess of force on a tool, over the forces that round-off leaves, that is taken for none: ten times what is seen."""
 RUNAWAY = 4.0
 """Factor over the first increment from which on an increment shows that the step is too large.
 
@@ -112,10 +114,13 @@ class Convergence:
 
     @property
     def _carried(self) -> bool:
-        """Whether tools under control carry their forces."""
+        """Whether tools under control carry their forces, as far as round-off lets them."""
         wanted = [(control, control.target) for control in self.system.contacts.controls]
+        least = CARRIED_FLOOR * self.system.scales.force_floor
         return all(
-            abs(control.excess()) <= self._tolerance * target for control, target in wanted if target is not None
+            abs(control.excess()) <= max(self._tolerance * target, least)
+            for control, target in wanted
+            if target is not None
         )
 
     def _small(self, residual: float, load: float) -> bool:

@@ -12,6 +12,7 @@ from ncf_fenicsx.tools import (
     profile,
     rigid_surface,
     sphere,
+    start,
 )
 
 __all__ = [
@@ -23,4 +24,5 @@ __all__ = [
     "profile",
     "rigid_surface",
     "sphere",
+    "start",
 ]

@@ -1,10 +1,12 @@
 """Tools under a given force: the force is carried, the height follows, and nothing else changes."""
 
+import re
+
 import numpy as np
 import pytest
-from assembled import build, step_of
+from assembled import COMM, build, step_of
 
-from ncf_fenicsx import Scene, run
+from ncf_fenicsx import Scene, SceneError, run
 
 QUIET = {"picture": False}
 TOOLS = {"plate": {"kind": "plate"}, "cylinder": {"width": "infinite"}}
@@ -190,3 +192,14 @@ def test_two_tools_carry_a_force_each(folder):
     assert history[-1]["tool_force_2"] == pytest.approx(0.04, rel=1e-6)
     missing = history[-1]["support_force"] - history[-1]["weight"] - 0.14
     assert abs(missing) < 1e-6 * 0.14
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_a_force_that_is_lost_in_round_off_is_refused_with_the_one_that_would_do(folder, name):
+    table = scene(TOOLS[name], down(1e-4), {"hold": "5 s", "force": "1e-9 N"})
+    with pytest.raises(SceneError, match=r"tool.path.1.force = 1e-09 N: below what round-off leaves") as caught:
+        run(table, folder / "none")
+    assert COMM.rank or not (folder / "none").exists()
+    enough = re.search(r"at least (\S+ N)", str(caught.value))[1]
+    history = finished(scene(TOOLS[name], {"hold": "5 s", "force": enough}), folder / "run")
+    assert history[-1]["tool_force"] == pytest.approx(float(enough.split()[0]), rel=1e-3)

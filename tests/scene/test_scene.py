@@ -157,7 +157,11 @@ def test_a_wrong_value_is_one_line_that_names_it(case):
 FILES = {
     "missing file": (None, "No such file"),
     "not TOML": ("stack = [", "not TOML"),
-    "not text": (b"\xff\xfe\x00", "not TOML"),
+    "UTF-16": ("[tool]\n".encode("utf-16"), "case.toml: is UTF-16; save it as UTF-8"),
+    "UTF-16 without a mark": ("[tool]\n".encode("utf-16-be"), "case.toml: is UTF-16; save it as UTF-8"),
+    "UTF-32": ("[tool]\n".encode("utf-32"), "case.toml: is UTF-32; save it as UTF-8"),
+    "Latin-1": ("[tool]\n# Stra\u00dfe".encode("latin-1"), "not UTF-8: line 2 has the byte 0xdf, '\u00df' in Latin-1"),
+    "not text": (b"\xef\xbb\xbf[tool]\n\n\x81", "not UTF-8: line 3 has the byte 0x81"),
     "empty": ("", "[tool]"),
     "unknown key": ("[tool]\nradus = '2 mm'", "did you mean 'radius'"),
     "no such mesh": ("[tool]\n[stack]\nmesh = 'none.msh'", "none.msh"),
@@ -182,6 +186,13 @@ def test_a_wrong_scene_ends_with_code_2_and_writes_nothing(case, command, tmp_pa
     assert expected in ended.stderr
     assert ended.stderr.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_byte_order_mark_is_no_part_of_a_scene(tmp_path, end):
+    """Editors on Windows write one."""
+    (tmp_path / "marked.toml").write_bytes(f'title = "K\u00e4se"{end}[tool]{end}'.encode("utf-8-sig"))
+    assert Scene.read(tmp_path / "marked.toml").title == "K\u00e4se"
 
 
 def test_results_are_not_overwritten_unasked(tmp_path):

@@ -8,6 +8,7 @@ from runs_apart import compare
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.output.checkpoint import NAME
+from ncf_fenicsx.simulation import restart
 
 COMM = MPI.COMM_WORLD
 DOWN = {"travel": ["0 mm", "0 mm", "-0.3 mm"], "speed": "1 mm/min"}
@@ -90,14 +91,65 @@ def test_a_rank_without_a_cell_saves_and_goes_on(folder):
     compare(parts.history, whole.history)
 
 
-def test_a_checkpoint_of_another_mesh_or_scene_is_refused(folder):
+def files(folder):
+    """Content of each file of a run, as rank 0 sees it."""
+    found = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} if COMM.rank == 0 else None
+    return COMM.bcast(found)
+
+
+def test_a_restart_that_is_refused_writes_nothing_and_a_good_one_goes_on(folder):
+    table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 4}}
+    run(Scene.from_table(table), folder / "run")
+    before = files(folder / "run")
+    other = table | {"stack": table["stack"] | {"divisions": [5, 2]}}
+    for refused, key in ((other, r"stack\.divisions = \[5, 2\]"), (table | {"laws": {}}, r"laws\.relaxation = none")):
+        with pytest.raises(SceneError, match=rf"{key}: a restart may change title, solver, output.*; expected"):
+            run(Scene.from_table(refused), folder / "run", restart=True)
+        assert files(folder / "run") == before
+    assert run(Scene.from_table(table | {"solver": {}}), folder / "run", restart=True).done
+
+
+def test_a_scene_that_was_edited_in_the_folder_is_no_other_scene_of_the_checkpoint(folder):
+    """The checkpoint knows its own scene: laws leave no trace in its fields."""
     table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 2}}
     run(Scene.from_table(table), folder / "run")
+    if COMM.rank == 0:
+        edited = (folder / "run" / "scene.toml").read_text().replace('gravity = "9.81', 'gravity = "1.62')
+        (folder / "run" / "scene.toml").write_text(edited)
+    COMM.barrier()
+    before = files(folder / "run")
+    with pytest.raises(SceneError, match=r"gravity = '1.62 m/s\^2'.*expected '9.81 m/s\^2'"):
+        run(Scene.read(folder / "run" / "scene.toml"), folder / "run", restart=True)
+    assert files(folder / "run") == before
+
+
+def test_a_checkpoint_of_another_mesh_is_refused_before_anything_is_written(folder, monkeypatch):
+    """A mesh file may have changed under its name, which no key tells."""
+    table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 2}}
+    run(Scene.from_table(table), folder / "run")
+    before = files(folder / "run")
     other = table | {"stack": table["stack"] | {"divisions": [5, 2]}}
+    monkeypatch.setattr(restart, "check_changes", lambda *_: None)
     with pytest.raises(SceneError, match=r"rows of .*; expected"):
         run(Scene.from_table(other), folder / "run", restart=True)
     with pytest.raises(SceneError, match="fields are not those of the scene"):
         run(Scene.from_table(table | {"laws": {}}), folder / "run", restart=True)
+    assert files(folder / "run") == before
+
+
+def test_a_longer_path_goes_on_where_the_shorter_one_ended(folder):
+    table = contact_case("penalty and stitches") | {"output": {"picture": False}}
+    steps = {"first_step": "1 s", "largest_step": "2 s"}
+    longer = {"tool": table["tool"] | {"path": [DOWN, ALONG | {"travel": ["2 mm", "0 mm", "0 mm"]}, UP]}}
+    shorter = {"tool": table["tool"] | {"path": [DOWN, ALONG]}}
+    first = run(Scene.from_table(table | shorter | {"solver": steps}), folder / "run")
+    assert first.done
+    ended = run(Scene.from_table(table | longer | {"solver": steps}), folder / "run", restart=True)
+    assert ended.done
+    assert ended.history[: len(first.history)] == first.history
+    assert ended.history[-1]["time"] == pytest.approx(18 + 4 + 6)
+    whole = run(Scene.from_table(table | longer | {"solver": steps}), folder / "whole")
+    assert ended.history[-1]["tool_force"] == pytest.approx(whole.history[-1]["tool_force"], rel=0.02)
 
 
 def test_a_damaged_checkpoint_is_one_line(folder):
