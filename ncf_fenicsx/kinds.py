@@ -46,7 +46,7 @@ class Settings(BaseModel):
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
             wrong = _no_number(value) if field is not None and _is_bare_number(field) else None
-            words = "" if wrong is None else _expected_number(wrong)
+            words = "" if wrong is None or field is None else _expected_number(wrong, field)
             if field is not None and field.annotation is bool and not isinstance(value, bool):
                 words = "expected true or false"
             if words:
@@ -54,9 +54,10 @@ class Settings(BaseModel):
         return data
 
 
-def _expected_number(wrong: str | bool) -> str:
+def _expected_number(wrong: str | bool, field: FieldInfo) -> str:
     meant = parse_number(wrong.replace(",", ".")) if isinstance(wrong, str) else None
-    return "expected a number" + ("" if meant is None else f" as TOML has it: {meant:g}")
+    kind = "number" if float in marks_of(field)[1] else "whole number"
+    return f"expected a {kind}" + ("" if meant is None else f" as TOML has it: {meant:g}")
 
 
 def _no_number(value: Any) -> str | bool | None:

@@ -154,6 +154,11 @@ class March:
     ending: Ending = Ending.DONE
     reason: str = "end of the path reached"
 
+    def begin_piece(self, control: StepControl, before: StepControl) -> None:
+        """Begin a piece with its own first step; where steps have failed in the one before, with none longer."""
+        trouble, first = self.size < before.least_for_error, min(control.first, control.largest)
+        self.size, self.fresh = min(self.size, first) if trouble else first, False
+
     def stop(self, reason: str) -> March:
         """End the march before its time."""
         self.ending, self.reason = Ending.STOPPED, reason
@@ -201,9 +206,7 @@ def march(
     before = pieces[0].control
     for milestone, control in pieces:
         if progress.time < milestone and progress.fresh:
-            trouble = progress.size < before.least_for_error  # steps failed before: so they may here
-            first = min(control.first, control.largest)
-            progress.size, progress.fresh = min(progress.size, first) if trouble else first, False
+            progress.begin_piece(control, before)
         before = control
         while progress.time < milestone:
             if progress.steps >= control.max_steps:

@@ -13,7 +13,6 @@ from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.mesh.tool_placement import placement_cautions
 from ncf_fenicsx.simulation.start import preview
-from ncf_fenicsx.simulation.stepping import StepControl
 
 pytestmark = pytest.mark.serial
 
@@ -59,7 +58,7 @@ def test_nothing_is_built_for_a_preview(monkeypatch):
     for place, name in ((stack_size, "stack_of"), (stack_mesh, "_extruded"), (compat, "create_hexahedral_mesh")):
         monkeypatch.setattr(place, name, fail)
     scene = Scene.from_table({"tool": {}, "stack": {"divisions": [30_000_000, 1_000_000]}})
-    lines = preview(scene, StepControl.of(scene.solver, 30.0), 30.0)
+    lines = preview(scene)
     assert f"unknowns: {3 * 4 * 2 * 30_000_001 * 1_000_001}\n" in lines
     assert "expected memory: 5.3e+09 GB" in lines
 
