@@ -3,6 +3,13 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import pytest
+from mpi4py import MPI
+
+from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.mesh import build_mesh
+
+COMM = MPI.COMM_WORLD
 
 GROUPS = ("layer_1", "layer_2", "layer_3", "bottom", "top", "x_min", "x_max", "y_min", "y_max", "sides", "layer_4")
 NUMBERS = {name: number + 1 for number, name in enumerate(GROUPS)}
@@ -174,3 +181,27 @@ def _packed_22(name, body):
         else:
             out += np.array([words[1], 1, words[2], words[0], *words[3:]], "<i4").tobytes()
     return out
+
+
+def write(folder, content, layers=2, sides=None):
+    """A scene with a mesh file, on rank 0; the same on all."""
+    path = folder / "mesh.msh"
+    if COMM.rank == 0:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    COMM.barrier()
+    table = {"duration": "1 s", "stack": {"layers": layers, "mesh": str(path)}}
+    if sides is not None:
+        table["stack"]["sides"] = sides
+    return Scene.from_table(table)
+
+
+def line_of(scene):
+    with pytest.raises(SceneError) as caught:
+        build_mesh(scene, COMM)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith(("mesh.msh: ", "mesh: "))
+    return line
+
+
+GOOD = stack()

@@ -212,16 +212,14 @@ def march(
             if progress.steps >= control.max_steps:
                 return progress.stop(f"max_steps = {control.max_steps} reached")
             remaining = milestone - progress.time
-            wanted = control.fit(progress.size, remaining)
-            step = longest(progress.time, wanted)
+            step = longest(progress.time, wanted := control.fit(progress.size, remaining))
             outcome = attempt(progress.time, step)
             if outcome.converged:
                 progress.fresh = step == remaining
                 progress.time = milestone if progress.fresh else progress.time + step
                 progress.steps += 1
-                shortened = step == remaining or step < wanted
-                reached = max(step, progress.size) if shortened else step
-                progress.size = control.next_size(reached, outcome.iterations)
+                shortened = progress.fresh or step < wanted
+                progress.size = control.next_size(max(step, progress.size) if shortened else step, outcome.iterations)
                 progress.size = min(progress.size, control.size_allowed(step, outcome.time_error))
                 accept(progress, step, outcome)
                 continue
