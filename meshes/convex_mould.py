@@ -5,7 +5,7 @@ The flat stack of ``stack.py`` is rolled onto a cylinder along y; arc lengths on
 
 import gmsh
 import numpy as np
-from stack import build_from, options, write_mesh
+from stack import build_from, options, positive, write_mesh
 
 
 def bend(radius: float) -> None:
@@ -19,7 +19,7 @@ def bend(radius: float) -> None:
 
 if __name__ == "__main__":
     parser = options()
-    parser.add_argument("--radius", type=float, default=0.1, help="radius of the mould (m)")
+    parser.add_argument("--radius", type=positive, default=0.1, help="radius of the mould (m)")
     given = parser.parse_args()
     build_from(given)
     bend(given.radius)

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import gmsh
 
+from ncf_fenicsx.units import parse_number
+
 SIDES = ("y_min", "x_max", "y_max", "x_min")
 
 
@@ -75,17 +77,34 @@ def _extrude(faces: list[int], layer: int, thickness: float, through: int, group
     return tops
 
 
+def positive(text: str) -> float:
+    """Number of an option, read as the numbers of a scene: Python's own reading takes 1_2 for 12."""
+    value = parse_number(text)
+    if value is None or value <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a positive number with a decimal point, such as 0.002")
+    return value
+
+
+def count(text: str) -> int:
+    """Whole number of an option, 1 or more."""
+    if not (text.isascii() and text.isdigit() and int(text)):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected a whole number of 1 or more")
+    return int(text)
+
+
 def options() -> argparse.ArgumentParser:
     """Command line of the mesh scripts; the defaults are the paper's quarter stack."""
     parser = argparse.ArgumentParser(formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     parser.add_argument("file", type=Path, help="gmsh file to write")
-    parser.add_argument("--size", type=float, nargs=2, default=(0.076, 0.076), help="extent in x and y (m)")
-    parser.add_argument("--band", type=float, default=0.006, help="extent in x of the refined band (m)")
-    parser.add_argument("--divisions", type=int, nargs=3, default=(16, 20, 24), help="in the band, beside it, along y")
-    parser.add_argument("--layers", type=int, default=4, help="number of layers")
-    parser.add_argument("--thickness", type=float, default=0.002, help="thickness of a layer (m)")
-    parser.add_argument("--through", type=int, default=1, help="elements through a layer")
-    parser.add_argument("--growth", type=float, default=1.12, help="ratio of neighbouring elements beside the band")
+    parser.add_argument("--size", type=positive, nargs=2, default=(0.076, 0.076), help="extent in x and y (m)")
+    parser.add_argument("--band", type=positive, default=0.006, help="extent in x of the refined band (m)")
+    parser.add_argument(
+        "--divisions", type=count, nargs=3, default=(16, 20, 24), help="in the band, beside it, along y"
+    )
+    parser.add_argument("--layers", type=count, default=4, help="number of layers")
+    parser.add_argument("--thickness", type=positive, default=0.002, help="thickness of a layer (m)")
+    parser.add_argument("--through", type=count, default=1, help="elements through a layer")
+    parser.add_argument("--growth", type=positive, default=1.12, help="ratio of neighbouring elements beside the band")
     return parser
 
 
