@@ -86,8 +86,8 @@ def _read_plies(value: Any) -> Any:
 
 
 def _read_angles(entries: Any) -> tuple[float, ...]:
-    numbers = all(type(angle) in (int, float) and math.isfinite(angle) for angle in entries)
-    if not entries or not numbers:
+    numbers = [angle for angle in entries if isinstance(angle, int | float) and not isinstance(angle, bool)]
+    if not entries or len(numbers) < len(entries) or not all(map(math.isfinite, numbers)):
         raise ValueError("expected angles in degrees, such as [0, 45, 90], or such a list for each layer")
     return tuple(float(angle) for angle in entries)
 

@@ -27,7 +27,7 @@ def plate(path, laws, permeability=None, **solver):
             "stack": {"layers": 1, "size": ["4 mm", "2 mm"], "divisions": [3, 2]},
             "laws": laws,
             "tool": {"kind": "plate", "penalty": 100.0, "path": path},
-            "solver": {"force_tolerance": 1e-11} | solver,
+            "solver": {"force_tolerance": 1e-11, "time_tolerance": 1.0} | solver,
             "output": output,
         }
     )

@@ -25,7 +25,7 @@ def scene_table(table, change):
 
 def layer_factors(newton):
     system, (first, _) = newton.system, newton.vector.getOwnershipRange()
-    return LayerFactors(newton.vector.comm, system.symmetric, system.sublaminates, first, newton._held)
+    return LayerFactors(newton.vector.comm, system.symmetric, system.sublaminates, first, newton._constrained)
 
 
 def tangent_of(table):
@@ -35,7 +35,7 @@ def tangent_of(table):
     matrix = newton.tangent.assemble()
     wanted, load = newton.unknown.duplicate(), newton.unknown.duplicate()
     wanted.array[:] = problem.displacement.x.array[: wanted.getLocalSize()]
-    wanted.array[newton._held] = 0.0
+    wanted.array[newton._constrained] = 0.0
     matrix.mult(wanted, load)
     return newton, matrix, wanted, load
 

@@ -30,7 +30,7 @@ def block(divisions):
 
 def multigrid(newton, problem):
     positions = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
-    return Multigrid(newton.vector.comm, positions, newton._held)
+    return Multigrid(newton.vector.comm, positions, newton._constrained)
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_steps_hardly_grow_with_the_mesh():
         problem, newton = build(block(divisions))
         matrix, load = newton.tangent.assemble(), newton.vector.duplicate()
         load.set(1.0)
-        load.array[newton._held] = 0.0
+        load.array[newton._constrained] = 0.0
         linear, found = LinearSolver(multigrid(newton, problem), keeps=True), load.duplicate()
         assert linear.factorise(matrix) == 0
         assert linear._iterate(matrix, load, found)
