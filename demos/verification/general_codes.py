@@ -38,6 +38,7 @@ gravity = "0 m/s^2"
 kind = "split"
 modulus = "{modulus} MPa"
 poisson = {poisson}
+volume_integration = "full"  # as the other codes
 [stack]
 layers = {layers}
 thickness = "{thickness} mm"

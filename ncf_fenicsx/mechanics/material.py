@@ -12,6 +12,7 @@ import ufl
 from numpy.typing import NDArray
 
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics, deformation_gradient
+from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.elements import Element
 
 Floats = NDArray[np.float64]
@@ -39,20 +40,22 @@ class Volumes:
     Attributes:
         all: over the whole volume.
         mid_plane: over the mid-planes of the elements, each standing for its element's thickness.
+        dilatation: by points so few that a change of volume looked at there does not lock.
     """
 
     all: Any
     mid_plane: Any
+    dilatation: Any
 
     @classmethod
     def on(cls, mesh: Any, element: Element) -> Volumes:
         """Those of a DOLFINx mesh; the third axis of an element is that of its thickness."""
 
         def measure(points: Floats, weights: Floats) -> Any:
-            rule = {"quadrature_rule": "custom", "quadrature_points": points, "quadrature_weights": weights}
-            return ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": 2 * element.order} | rule)
+            return ufl.Measure("dx", domain=mesh, metadata=compat.rule_metadata(points, weights, 2 * element.order))
 
-        return cls(all=measure(*element.volume_rule), mid_plane=measure(*element.mid_plane_rule))
+        rules = element.volume_rule, element.mid_plane_rule, element.dilatation_rule
+        return cls(*(measure(*rule) for rule in rules))
 
 
 class Material(ABC):
@@ -69,6 +72,10 @@ class Material(ABC):
     @abstractmethod
     def normal_stress(self, kinematics: Kinematics) -> Expression:
         """Cauchy stress across the layer, n . sigma n, in Pa, negative in compaction."""
+
+    def normal_stress_integral(self, kinematics: Kinematics, weight: Expression, volumes: Volumes) -> ufl.Form:
+        """Integral (N m) of the normal stress times a weight, where the stresses do their work."""
+        return self.normal_stress(kinematics) * weight * volumes.all
 
     def updated_states(self, displacement: Any) -> dict[str, Expression]:
         """States at the end of a step, by name."""
@@ -91,12 +98,26 @@ class Solid(Material):
         return Kinematics(deformation_gradient(displacement))
 
     def internal_work(self, displacement: Any, variation: Any, volumes: Volumes) -> ufl.Form:
-        """Variation of the energy (J)."""
-        return ufl.derivative(self.law.energy(self.kinematics(displacement)) * volumes.all, displacement, variation)
+        """Variation of the energy (J): of the change of shape, and of that of volume."""
+        kinematics, dilatation = self.kinematics(displacement), self._dilatation(volumes)
+        shape = self.law.shape_energy(kinematics) * volumes.all
+        volume = self.law.volume_energy(kinematics.volume_ratio) * dilatation
+        return ufl.derivative(shape + volume, displacement, variation)
+
+    def _dilatation(self, volumes: Volumes) -> Any:
+        """Measure of the energy of a change of volume."""
+        return volumes.all if self.law.volume_integration == "full" else volumes.dilatation
 
     def normal_stress(self, kinematics: Kinematics) -> Expression:
-        """That of the energy in Pa."""
+        """That of the energy in Pa, at one point: near incompressibility it swings within an element."""
         return normal_stress_of(self.law.energy, kinematics)
+
+    def normal_stress_integral(self, kinematics: Kinematics, weight: Expression, volumes: Volumes) -> ufl.Form:
+        """Integral (N m) of the normal stress times a weight: of shape, and of volume, the same in all directions."""
+        shape = normal_stress_of(self.law.shape_energy, kinematics)
+        volume_ratio = ufl.variable(kinematics.volume_ratio)
+        volume = ufl.diff(self.law.volume_energy(volume_ratio), volume_ratio)
+        return shape * weight * volumes.all + volume * weight * self._dilatation(volumes)
 
 
 def normal_stress_of(energy: Callable[[Kinematics], Expression], kinematics: Kinematics) -> Expression:

@@ -47,6 +47,18 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=points, e=ufl.Mesh(element), partitioner=partitioner)
 
 
+def rule_metadata(points: np.ndarray, weights: np.ndarray, degree: int) -> dict[str, Any]:
+    """UFL metadata of a rule of one's own, in reference coordinates.
+
+    FFCx 0.9 keeps what it computes at a single point for all other rules of the same integral, which are wrong then.
+    So a single point has a second one beside it, without weight.
+    """
+    if len(points) == 1:
+        points, weights = np.vstack([points, points / 2]), np.append(weights, 0.0)
+    rule = {"quadrature_rule": "custom", "quadrature_points": points, "quadrature_weights": weights}
+    return {"quadrature_degree": degree} | rule
+
+
 def nodal_space(mesh: Any, element: Any, has_bare_entities: bool) -> Any:
     """Space of a continuous element whose values stand at nodes.
 

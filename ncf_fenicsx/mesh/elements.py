@@ -93,6 +93,16 @@ class Element:
         plane, weights = self._plane_rule
         return np.column_stack([plane, np.full(len(plane), 0.5)]), weights
 
+    @cached_property
+    def dilatation_rule(self) -> tuple[Floats, Floats]:
+        """Points (points, 3) and weights at which the change of volume is looked at: on the mid-plane, order^2 of them.
+
+        A rule of as many points as `volume_rule` sets more conditions on the volume than an element has nodes of its
+        own, and it locks near incompressibility. These are an order lower in each direction (Malkus and Hughes 1978).
+        """
+        plane, weights = basix.make_quadrature(basix.CellType.quadrilateral, 2 * self.order - 1)
+        return np.column_stack([plane, np.full(len(plane), 0.5)]), weights
+
     @property
     def face_rule(self) -> dict[str, Any]:
         """UFL metadata of the rule whose points are the nodes of a face, each with its share of it."""

@@ -77,14 +77,15 @@ class Measures:
         self.copies = scene.stack.sides.copies
         cells = fem.functionspace(mesh, ("DG", 0))
         indicator = ufl.TestFunction(cells)
-        material, volume = problem.material, problem.volumes.all
+        material, volumes = problem.material, problem.volumes
         kinematics = material.kinematics(problem.displacement)
-        densities = {"volume": 1.0, "stress_33": material.normal_stress(kinematics)}
+        stress = material.normal_stress_integral(kinematics, indicator, volumes)
+        integrals = {"volume": 1.0 * indicator * volumes.all, "stress_33": stress}
         self.has_fibres = scene.laws.solid is None
         if self.has_fibres:
-            densities["volume_fraction"] = kinematics.volume_fraction
+            integrals["volume_fraction"] = kinematics.volume_fraction * indicator * volumes.all
         self.cells: dict[str, Floats] = {}
-        self._forms = {name: compat.compile_form(density * indicator * volume) for name, density in densities.items()}
+        self._forms = {name: compat.compile_form(integral) for name, integral in integrals.items()}
         self._volume = self._integrals("volume")
         self._recovery = Recovery(problem.contacts.body.spaces.scalars, self._volume)
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None

@@ -15,6 +15,7 @@ from pydantic import ValidationError, model_validator
 from ncf_fenicsx.errors import SceneError, one_line
 from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.laws.law import Conditions, real
+from ncf_fenicsx.laws.solid import POINT_PRESSURE_HOLDS_TO
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
 from ncf_fenicsx.scene.scene_file import apply_override, read_table
@@ -104,6 +105,10 @@ class Scene(Settings):
             raise impossible("stack.areal_density", self.stack.areal_density, f"gives Vf0 = {initial:.3f}; {expected}")
         for law in self.laws.chosen:
             law.check(self.conditions)
+        solid, limit = self.laws.solid, POINT_PRESSURE_HOLDS_TO
+        if solid is not None and self.contact_uses_own_pressure and solid.poisson > limit:
+            expected = f"expected {limit:g} at most with Nitsche's method: the stress at a node is then not the layer's"
+            raise impossible("laws.solid.poisson", solid.poisson, expected)
         if not 0 < real(lambda _: self.natural_stiffness, 0.0) < math.inf:
             compaction = self.laws.compaction
             raise impossible("laws.compaction", compaction.kind, "expected parameters whose pressure grows with Vf")

@@ -90,7 +90,8 @@ NO_RATE = {"rate": {"kind": "none"}}
         (NO_RATE | {"in_plane": {"kind": "fibre_families"}}, {"volume_fraction"}, 0, 1),
         (NO_RATE | {"in_plane": {"kind": "fibre_families", "plies": [[0], [90]]}}, {"volume_fraction"}, 2, 1),
         (NO_RATE | {"bending": {}}, {"volume_fraction"}, 0, 2),
-        ({"solid": {}}, set(), 0, 1),
+        ({"solid": {}}, set(), 0, 2),
+        ({"solid": {"volume_integration": "full"}}, set(), 0, 1),
     ],
 )
 def test_a_law_that_is_not_named_has_no_state_no_field_and_no_integral(table, laws, states, fields, integrals):

@@ -42,7 +42,7 @@ def test_a_run_ends_in_the_same_state(table, folder, way):
     for name in ("tool_force", "penetration_max", "tool_work"):
         assert many[0][name] == pytest.approx(whole[0][name], rel=1e-4), name
     assert many[1]["krylov_steps"] > 0 == whole[1]["krylov_steps"]
-    assert many[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=10)
+    assert many[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=15)
     assert many[1]["factorisations"] < whole[1]["factorisations"]
 
 
