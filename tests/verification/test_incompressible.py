@@ -190,7 +190,7 @@ def test_stress_of_cells_is_that_which_does_the_work(table):
         problem, _ = build(table | block(0.4999, 1, 1, volume_integration=rule))
         assign(problem, lambda x: np.stack([0.1 * x[0] * (x[2] - 4e-3) / 8e-3, 0 * x[0], 0 * x[0]]))
         measures = Measures(problem)
-        measures.observe(np.zeros(3 * problem.contacts.body.spaces.owned))
+        measures.observe(np.zeros(3 * problem.contacts.body.spaces.owned), 0.0)
         largest[rule] = np.abs(measures.cells["stress_33"]).max()
     assert largest["reduced"] < 0.1e6
     assert largest["full"] > 0.2e6
