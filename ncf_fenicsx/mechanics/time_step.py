@@ -34,6 +34,7 @@ class Outcome:
         negative_pivots: of the last factors, or a mode found without them; more than none in equilibrium is a loss of
             stability. None with LU.
         time_error: estimated local error in time over the largest pressure so far; 0 where laws do not follow time.
+        too_long: whether the step failed by that error alone: its solution held.
     """
 
     converged: bool
@@ -42,6 +43,7 @@ class Outcome:
     hopeless: bool = False
     negative_pivots: int | None = None
     time_error: float = 0.0
+    too_long: bool = False
 
     def followed_by(self, later: Outcome) -> Outcome:
         """This solve and one after it, as one."""
@@ -63,7 +65,6 @@ class TimeStep:
         state: all that is committed, rolled back and kept in checkpoints.
         time: at the end of the present step in s.
         size: of the present step in s, 0 at rest.
-        least_judged: size in s up to which a step is taken whatever its local error in time.
         viscosity: what stabilises the stack; None before there was any.
         time_error: estimates the local error in time; None where no tolerance is given or laws do not follow time.
     """
@@ -87,32 +88,39 @@ class TimeStep:
         self.state += self.time_error.state if self.time_error is not None else []
         self.state += [self._drift] if problem.scene.solver.may_stabilise else []
         self.state += [self._push] if problem.scene.solver.perturbation is not None else []
-        self.time = self.size = self.least_judged = 0.0
+        self.time = self.size = 0.0
         self._segments = self._segments_at(0.0)
         set_clock(problem, 0.0, 0.0)
 
-    def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
-        """Try the step from a time by a size (s), with a factor on the iterations after which to give up."""
+    def attempt(self, time: float, size: float, patience: int = 1, least_judged: float = 0.0) -> Outcome:
+        """Try a step.
+
+        Args:
+            time: from which, in s.
+            size: in s.
+            patience: factor on the iterations after which to give up.
+            least_judged: size in s up to which a step is taken whatever its local error in time.
+        """
         self.begin(time, size)
         outcome = self._solve(time, size, patience)
         defect = self.problem.admissibility.violation() if outcome.converged else None
         if defect is not None:
             outcome = replace(outcome, converged=False, reason=defect)
         if outcome.converged and self.time_error is not None:
-            outcome = self._judged(outcome, self.time_error.relative())
+            outcome = self._judged(outcome, self.time_error.relative(), size <= least_judged)
         if not outcome.converged:
             self.rollback(time)
             if self.problem.scene.solver.perturbation is not None:
                 self.push(-0.5 * self._push.committed)
         return outcome
 
-    def _judged(self, outcome: Outcome, error: float) -> Outcome:
+    def _judged(self, outcome: Outcome, error: float, any_error: bool) -> Outcome:
         """An outcome whose step is too long for its local error in time does not hold."""
         tolerance = self.problem.scene.solver.time_tolerance
-        if error <= tolerance or self.size <= self.least_judged:
+        if error <= tolerance or any_error:
             return replace(outcome, time_error=error)
         reason = f"local error in time of {100 * error:.2g} %, above solver.time_tolerance = {100 * tolerance:g} %"
-        return replace(outcome, converged=False, time_error=error, reason=reason)
+        return replace(outcome, converged=False, time_error=error, too_long=True, reason=reason)
 
     def accept(self, measure: Callable[[], Measured]) -> Measured:
         """Measure the trial state, then commit it; what was measured."""

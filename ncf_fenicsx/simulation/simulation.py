@@ -69,8 +69,8 @@ class Simulation:
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
             solver = AugmentedNewton(self.problem, self.newton)
             self.time_step = TimeStep(self.problem, solver.solve, [self.measures.energies.state])
-            self.stabilisation = Stabilisation.of_scene(scene, self.pieces[0].control.first)
-            self.steps = StabilisedStep(self.time_step, self.stabilisation, self.pieces)
+            self.stabilisation = Stabilisation.of_scene(scene)
+            self.steps = StabilisedStep(self.time_step, self.stabilisation)
         self.results = Results(folder, self.problem, self.measures)
         self.stability = LossOfStability(
             self.newton, self.measures, self.results, self.progress, self.steps, self.interruption
@@ -119,7 +119,7 @@ class Simulation:
         """Commit a step, measure it, write it down and save it where that is due."""
         with self.phases("output"):
             measured = self.time_step.accept(lambda: self._measure(progress.time, outcome))
-            self.steps.held(size)
+            self.steps.held()
             self.stability.leave_branch()
             row = self._row(progress, size, outcome, measured)
             self.history.append(row)

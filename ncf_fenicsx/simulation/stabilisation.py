@@ -14,8 +14,8 @@ from ncf_fenicsx.scene import Scene
 SHARE = 5e-5
 """First viscosity times the speed of the tools, over a layer's natural stiffness."""
 TROUBLE, PLAIN_TROUBLE, DEEP_TROUBLE = 0.2, 0.01, 1e-3
-"""Shares of a run's first step: where smaller ones fail, the viscosity comes if stability has been lost, comes if not
-(contact and friction have troubles of their own), and grows."""
+"""Shares of the first step of a piece of the path: where smaller ones fail, the viscosity comes if stability has been
+lost, comes if not (contact and friction have troubles of their own), and grows."""
 RAISE, LOWER = 4.0, 0.7
 LEAST = 1e-3
 """Share of the first viscosity below which there is none."""
@@ -27,41 +27,40 @@ class Stabilisation:
 
     Attributes:
         first: the viscosity that comes first, in Pa s/m2; 0 to have none come.
-        first_step: the run's first time step in s.
         value: the present one in Pa s/m2.
         stability_lost: whether the run has lost stability.
     """
 
     first: float
-    first_step: float
     value: float = 0.0
     stability_lost: bool = False
 
     @classmethod
-    def of_scene(cls, scene: Scene, first_step: float) -> Stabilisation:
-        """That of a scene whose run begins with a step of a size (s)."""
+    def of_scene(cls, scene: Scene) -> Stabilisation:
+        """That of a scene."""
         speed = max((segment.speed or 0.0 for segment in scene.segments), default=0.0)
         speed = speed or scene.stack.thickness / scene.milestones[-1]
         first = SHARE * scene.natural_stiffness / speed if scene.solver.may_stabilise else 0.0
-        return cls(first, first_step)
+        return cls(first)
 
-    def in_trouble(self, size: float) -> bool:
-        """Whether a step is as small as one of a size (s) only where steps have failed again and again."""
-        return size < TROUBLE * self.first_step
+    @staticmethod
+    def in_trouble(share: float) -> bool:
+        """Whether a step is such a share of its piece's first one only where steps have failed again and again."""
+        return share < TROUBLE
 
     def start(self) -> None:
         """Have it come, if it is not there yet."""
         self.value = self.value or self.first
 
-    def failed(self, size: float) -> None:
-        """Raise it after a step of a size (s) that failed, if that is in trouble."""
+    def failed(self, share: float) -> None:
+        """Raise it after a step failed that was such a share of its piece's first one, if that is in trouble."""
         if not self.value:
-            if size < (TROUBLE if self.stability_lost else PLAIN_TROUBLE) * self.first_step:
+            if share < (TROUBLE if self.stability_lost else PLAIN_TROUBLE):
                 self.start()
-        elif size < DEEP_TROUBLE * self.first_step:
+        elif share < DEEP_TROUBLE:
             self.value *= RAISE
 
-    def held(self, size: float) -> None:
-        """Lower it after a step of a size (s) that held, out of trouble."""
-        if not self.in_trouble(size):
+    def held(self, share: float) -> None:
+        """Lower it after a step held that was such a share of its piece's first one, out of trouble."""
+        if not self.in_trouble(share):
             self.value = LOWER * self.value if self.value > LEAST * self.first else 0.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
@@ -47,34 +45,38 @@ class StabilisedStep:
     Args:
         time_step: takes the problem from state to state.
         stabilisation: decides on the viscosity.
-        pieces: of the run, whose first steps say what is small.
 
     Attributes:
         iterations: Newton iterations so far, those of failed steps included.
     """
 
-    def __init__(self, time_step: TimeStep, stabilisation: Stabilisation, pieces: Sequence[Piece] = ()) -> None:
-        self.time_step, self.stabilisation, self._pieces = time_step, stabilisation, pieces
+    def __init__(self, time_step: TimeStep, stabilisation: Stabilisation) -> None:
+        self.time_step, self.stabilisation = time_step, stabilisation
         self.iterations = 0
+        self._share = 0.0
 
-    def attempt(self, time: float, size: float, patience: int = 1) -> Outcome:
-        """Try the step from a time by a size (s), with a factor on Newton's iterations."""
-        now = next((piece.control for piece in self._pieces if time < piece.end), None)
-        if now is not None:
-            self.stabilisation.first_step, self.time_step.least_judged = now.first, now.least_for_error
+    def attempt(self, time: float, size: float, control: StepControl) -> Outcome:
+        """Try the step from a time by a size (s), of a piece with such steps."""
+        self._share = size / control.first
+        return self._attempt(time, size, 1, control.least_for_error)
+
+    def at_rest(self) -> Outcome:
+        """Try to bring the stack to rest under the present share of its weight."""
+        return self._attempt(0.0, 0.0, PATIENCE, 0.0)
+
+    def _attempt(self, time: float, size: float, patience: int, least_judged: float) -> Outcome:
         self.time_step.stabilise(self.stabilisation.value)
-        outcome = self.time_step.attempt(time, size, patience)
+        outcome = self.time_step.attempt(time, size, patience, least_judged)
         self.iterations += outcome.iterations
-        too_long = self.time_step.time_error is not None and outcome.time_error > 0  # no trouble
-        if size and not outcome.converged and not too_long:
-            self.stabilisation.failed(size)
+        if size and not outcome.converged and not outcome.too_long:
+            self.stabilisation.failed(self._share)
         return outcome
 
-    def held(self, size: float) -> None:
-        """Go on after a step of a size (s) that was accepted."""
+    def held(self) -> None:
+        """Go on after the last step, which was accepted."""
         self.time_step.forget_push()
-        self.stabilisation.held(size)
-        if not (self.stabilisation.value and self.stabilisation.in_trouble(size)):
+        self.stabilisation.held(self._share)
+        if not (self.stabilisation.value and self.stabilisation.in_trouble(self._share)):
             self.time_step.drift_on()
 
 
@@ -99,10 +101,11 @@ class Settling:
             return March()
         return March().stop(f"the stack does not come to rest under its own weight: {ended.reason}")
 
-    def _attempt(self, carried: float, more: float) -> Outcome:
+    def _attempt(self, carried: float, more: float, control: StepControl) -> Outcome:
         """Try to carry more of the weight, as shares of it."""
+        del control
         self.steps.time_step.problem.weight_share.value = carried + more
-        return self.steps.attempt(0.0, 0.0, PATIENCE)
+        return self.steps.at_rest()
 
     def _accept(self, progress: March, more: float, outcome: Outcome) -> None:
         del more

@@ -36,6 +36,10 @@ class Attempt(Protocol):
     def time_error(self) -> float:
         """Estimated local error in time, 0 where there is none."""
 
+    @property
+    def too_long(self) -> bool:
+        """Whether the step failed by that error alone."""
+
 
 FIRST_STEPS = 30
 """Steps of the first one's size that a piece of a path has unless given."""
@@ -188,7 +192,7 @@ def pieces(scene: Scene) -> list[Piece]:
 
 def march(
     pieces: Sequence[Piece],
-    attempt: Callable[[float, float], Tried],
+    attempt: Callable[[float, float, StepControl], Tried],
     accept: Callable[[March, float, Tried], None],
     progress: March | None = None,
     longest: Callable[[float, float], float] = lambda time, size: size,  # noqa: ARG005
@@ -197,7 +201,7 @@ def march(
 
     Args:
         pieces: with their ends, ascending.
-        attempt: tries the step from a time by a size (s), and leaves no trace if it fails.
+        attempt: tries the step from a time by a size (s) in a piece of such steps, and leaves no trace if it fails.
         accept: told the march at its new time, the size of the step (s) and its attempt.
         progress: march to go on with; from time 0 unless given.
         longest: step (s) from a time, no longer than a size, that may be taken.
@@ -213,7 +217,7 @@ def march(
                 return progress.stop(f"max_steps = {control.max_steps} reached")
             remaining = milestone - progress.time
             step = longest(progress.time, wanted := control.fit(progress.size, remaining))
-            outcome = attempt(progress.time, step)
+            outcome = attempt(progress.time, step, control)
             if outcome.converged:
                 progress.fresh = step == remaining
                 progress.time = milestone if progress.fresh else progress.time + step
@@ -226,8 +230,9 @@ def march(
             if outcome.hopeless:
                 return progress.stop(outcome.reason)
             progress.cuts += 1
-            too_long = outcome.time_error > control.time_tolerance
-            progress.size = control.size_allowed(step, outcome.time_error) if too_long else control.cut * step
+            progress.size = control.cut * step
+            if outcome.too_long:
+                progress.size = control.size_allowed(step, outcome.time_error)
             if progress.size < control.smallest:
                 return progress.stop(f"{outcome.reason}, even with the smallest time step ({step:.3g} s)")
     return progress

@@ -9,7 +9,7 @@ pytestmark = pytest.mark.serial
 
 
 def rule(stability_lost=True):
-    return Stabilisation(first=1e7, first_step=1.0, stability_lost=stability_lost)
+    return Stabilisation(first=1e7, stability_lost=stability_lost)
 
 
 def test_a_step_cut_once_is_no_trouble():
@@ -45,7 +45,7 @@ def test_it_comes_in_trouble_grows_in_deep_trouble_and_goes_where_steps_hold():
 
 
 def test_it_stays_away_where_the_scene_says_so(table):
-    stabilisation = Stabilisation.of_scene(Scene.from_table(table | {"solver": {"stabilisation": "none"}}), 1.0)
+    stabilisation = Stabilisation.of_scene(Scene.from_table(table | {"solver": {"stabilisation": "none"}}))
     stabilisation.failed(1e-6)
     assert stabilisation.value == 0
 
@@ -55,5 +55,5 @@ def test_its_force_is_a_share_of_the_layers_own_at_any_speed(table, factor):
     path = [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": f"{factor} mm/min"}]
     laws = {"rate": {"kind": "none"}}
     scene = Scene.from_table(table | {"laws": laws, "tool": table["tool"] | {"path": path}})
-    first = Stabilisation.of_scene(scene, 1.0).first
+    first = Stabilisation.of_scene(scene).first
     assert first * factor * 1e-3 / 60 == pytest.approx(5e-5 * scene.natural_stiffness, rel=1e-12)

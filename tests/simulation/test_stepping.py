@@ -20,6 +20,7 @@ class Try:
     reason: str = "the test says so"
     hopeless: bool = False
     time_error: float = 0.0
+    too_long: bool = False
 
 
 def run(attempt, milestones=(30.0,), control=CONTROL):
@@ -67,10 +68,10 @@ def test_a_step_with_too_large_an_error_in_time_is_taken_again_as_small_as_it_ha
     control = replace(CONTROL, time_tolerance=0.01)
     tries = []
 
-    def attempt(time, size):
+    def attempt(time, size, _=None):
         tries.append((time, size))
         error = 0.04 * size if time < 10 else 1e-6
-        return Try(converged=error <= 0.01, time_error=error)
+        return Try(converged=error <= 0.01, time_error=error, too_long=error > 0.01)
 
     ended, accepted = run(attempt, control=control)
     assert ended.ending is Ending.DONE
@@ -91,7 +92,7 @@ def test_hard_steps_shrink_and_the_target_keeps_the_size():
 def test_a_failed_step_is_tried_again_smaller_from_the_same_time():
     tries = []
 
-    def attempt(time, size):
+    def attempt(time, size, _=None):
         tries.append((time, size))
         return Try(converged=len(tries) != 3)
 
@@ -103,7 +104,7 @@ def test_a_failed_step_is_tried_again_smaller_from_the_same_time():
 
 
 def test_a_march_that_cannot_go_on_says_why_and_where():
-    ended, accepted = run(lambda time, size: Try(converged=time + size <= 10.0, reason="a wall at 10 s"))
+    ended, accepted = run(lambda time, size, _: Try(converged=time + size <= 10.0, reason="a wall at 10 s"))
     assert ended.ending is Ending.STOPPED
     assert "a wall at 10 s" in ended.reason
     assert ended.time == accepted[-1][0]
@@ -120,7 +121,7 @@ def test_a_march_ends_after_max_steps():
 def test_a_step_that_no_smaller_one_would_mend_ends_the_march_at_once():
     tries = []
 
-    def attempt(time, size):
+    def attempt(time, size, _=None):
         tries.append((time, size))
         return Try(converged=time < 3, hopeless=time >= 3, reason="interrupted")
 
@@ -152,7 +153,7 @@ def test_a_step_that_may_not_be_longer_is_shortened_and_does_not_shrink_the_next
 
 @pytest.mark.parametrize("stop", [1, 4, 7])
 def test_a_march_that_goes_on_takes_the_steps_of_one_that_never_stopped(stop):
-    def attempt(time, size):
+    def attempt(time, size, _=None):
         return Try(converged=size < 2.1, iterations=3 + int(time) % 7)
 
     whole, all_steps = run(attempt)
