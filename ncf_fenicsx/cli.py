@@ -79,7 +79,7 @@ def explicit_command(
 def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.simulation.start import preview
+    from ncf_fenicsx.simulation.preview import preview
 
     say(scene.to_toml() + "\n" + preview(scene))
 

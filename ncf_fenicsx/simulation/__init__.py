@@ -1,5 +1,17 @@
 """A scene from start to end."""
 
-from ncf_fenicsx.simulation.simulation import Simulation, run
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ncf_fenicsx.simulation.simulation import Simulation, run
 
 __all__ = ["Simulation", "run"]
+
+
+def __getattr__(name: str) -> object:
+    """Load the program that runs only when it is asked for: to judge a scene needs no solver and no pictures."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from ncf_fenicsx.simulation import simulation
+
+    return getattr(simulation, name)

@@ -230,9 +230,7 @@ def march(
             if outcome.hopeless:
                 return progress.stop(outcome.reason)
             progress.cuts += 1
-            progress.size = control.cut * step
-            if outcome.too_long:
-                progress.size = control.size_allowed(step, outcome.time_error)
+            progress.size = control.size_allowed(step, outcome.time_error) if outcome.too_long else control.cut * step
             if progress.size < control.smallest:
                 return progress.stop(f"{outcome.reason}, even with the smallest time step ({step:.3g} s)")
     return progress

@@ -12,7 +12,7 @@ from ncf_fenicsx.mesh import build_mesh, compat, stack_mesh, stack_size
 from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.mesh.tool_placement import placement_cautions
-from ncf_fenicsx.simulation.start import preview
+from ncf_fenicsx.simulation.preview import preview
 
 pytestmark = pytest.mark.serial
 

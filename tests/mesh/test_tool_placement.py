@@ -13,7 +13,7 @@ from program import call
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.simulation.start import preview
+from ncf_fenicsx.simulation.preview import preview
 
 
 def cautions(table):

@@ -1,0 +1,55 @@
+"""A roller on rubber: force over Poisson's ratio, element and rule of integration.
+
+Run: ``docker/run python3 demos/verification/incompressible.py [POISSON ...]``; prints a table, in some ten minutes for
+all four ratios. Full integration locks towards 0.5, the reduced one of the change of volume does not.
+"""
+
+import sys
+import tempfile
+from typing import Any
+
+from ncf_fenicsx import Scene, run
+
+RATIOS = (0.3, 0.49, 0.499, 0.4999)
+MESHES = ((20, 6), (40, 12), (80, 24))
+"""Elements along and through the block."""
+
+
+def block(poisson: float, divisions: int, through: int, **solid: Any) -> dict[str, Any]:
+    """Scene of the roller on the block, the same contact at any Poisson's ratio; more keys of its law."""
+    return {
+        "gravity": "0 m/s^2",
+        "laws": {"solid": {"modulus": "1 MPa", "poisson": poisson} | solid},
+        "stack": {
+            "layers": 1,
+            "thickness": "8 mm",
+            "size": ["20 mm", "1 mm"],
+            "through": through,
+            "divisions": [divisions, 1],
+            "grading": [0, 0],
+            "sides": {"y_max": "symmetry"},
+        },
+        "tool": {
+            "radius": "10 mm",
+            "width": "infinite",
+            "path": [{"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}],
+        },
+        "output": {"picture": False, "fields_every": 1000},
+    }
+
+
+def force(order: int, mesh: tuple[int, int], poisson: float, rule: str) -> float:
+    """Force in N at the end of the path; nan where the run stops before."""
+    table = block(poisson, *mesh, volume_integration=rule)
+    table["stack"]["order"] = order
+    with tempfile.TemporaryDirectory() as folder:
+        result = run(Scene.from_table(table), folder, overwrite=True)
+    return result.history[-1]["tool_force"] if result.done else float("nan")
+
+
+if __name__ == "__main__":
+    print("nu, rule, force in N with order 1 and 2 on", ", ".join(f"{along} x {through}" for along, through in MESHES))
+    for poisson in map(float, sys.argv[1:] or RATIOS):
+        for rule in ("reduced", "full"):
+            forces = [force(order, mesh, poisson, rule) for order in (1, 2) for mesh in MESHES]
+            print(poisson, rule, *(f"{value:.4f}" for value in forces), flush=True)
