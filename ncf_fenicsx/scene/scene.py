@@ -75,7 +75,7 @@ class Scene(Settings):
 
     @model_validator(mode="after")
     def _heights_go_with_whole_steps(self) -> Self:
-        if self.solver.line_search != "full" and any(tool.under_force for tool in self.tool):
+        if self.solver.line_search not in ("full", "work") and any(tool.under_force for tool in self.tool):
             expected = 'expected "full" with a tool under a force, whose height follows whole steps'
             raise impossible("solver.line_search", self.solver.line_search, expected)
         return self
@@ -175,7 +175,12 @@ class Scene(Settings):
     @property
     def symmetric(self) -> bool:
         """Whether the tangent is symmetric: that of all laws and contacts."""
-        return self.laws.symmetric and all(way.contact.symmetric and way.friction is None for way in self.contacts)
+        return self.laws.symmetric and not self.has_friction and all(way.contact.symmetric for way in self.contacts)
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether anything rubs on the fabric, or its layers on each other."""
+        return any(way.friction is not None for way in self.contacts)
 
     @property
     def controls_time_error(self) -> bool:
@@ -220,9 +225,10 @@ class Scene(Settings):
             SceneError: a key or value is not valid.
         """
         try:
-            return cls.model_validate(data)
+            scene = cls.model_validate(data)
         except ValidationError as error:
             raise SceneError(f"{source}: {one_line(error)}") from error
+        return scene.model_copy(update={"solver": scene.solver.with_friction()}) if scene.has_friction else scene
 
     def with_mesh_beside(self, path: Path) -> Scene:
         """The scene with the full path of its mesh, given relative to a scene file."""

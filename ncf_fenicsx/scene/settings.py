@@ -29,17 +29,22 @@ class Solver(Settings):
         description="local error in time over the largest pressure so far above which a step is taken again, smaller; "
         "for laws that follow time (a local speed, relaxation). 1 or more for none",
     )
-    target_iterations: PositiveInt = parameter(6, description="Newton iterations that keep the step size as it is")
-    max_iterations: PositiveInt = parameter(15, description="Newton iterations at which a step is cut")
+    target_iterations: PositiveInt = parameter(
+        6, description="Newton iterations that keep the step size as it is; 12 with friction unless given"
+    )
+    max_iterations: PositiveInt = parameter(
+        15, description="Newton iterations at which a step is cut; 30 with friction unless given"
+    )
     growth: float = parameter(1.5, ge=1, description="largest factor from one step to the next")
     cut: float = parameter(0.4, gt=0, lt=1, description="factor on a step that failed")
     tangent: Literal["extrapolated", "plain"] = parameter(
         "extrapolated", description="membrane stress in the tangent: extrapolated from the last iterate, or the current"
     )
-    line_search: Literal["full", "critical_point", "error_oriented", "residual", "trust_region"] = parameter(
+    line_search: Literal["full", "work", "critical_point", "error_oriented", "residual", "trust_region"] = parameter(
         "full",
-        description="length of Newton's steps: whole; to where the residual is across the step (PETSc's cp); "
-        "by the next simplified correction (nleqerr); by the residual's norm (bt); within a trust region (newtontr)",
+        description="length of Newton's steps: whole; whole unless the work of the forces out of balance turns over "
+        "along it (work: with friction unless given); to where the residual is across the step (PETSc's cp); by the "
+        "next simplified correction (nleqerr); by the residual's norm (bt); within a trust region (newtontr)",
     )
     factors: Literal["automatic", "kept", "new", "layers", "multigrid"] = parameter(
         "automatic",
@@ -56,7 +61,8 @@ class Solver(Settings):
     sliding_increment_cap: float = parameter(
         0.02,
         gt=0,
-        description="largest nodal increment over the layer's thickness while a tool travels along the surface",
+        description="largest nodal increment over the layer's thickness while a tool travels along the surface; "
+        "increment_cap with friction unless given",
     )
     stabilisation: Literal["automatic", "none"] = parameter(
         "automatic",
@@ -68,6 +74,20 @@ class Solver(Settings):
     perturbation: PositiveLength | None = parameter(
         None, description="largest displacement of a push along the critical mode, where stability is lost first"
     )
+
+    def with_friction(self) -> Self:
+        """These settings, with what friction asks for where nothing is given.
+
+        Fronts between stick and slip pass from node to node, one in each iteration, however short the step is.
+        """
+        asked = {
+            "target_iterations": 12,
+            "max_iterations": 30,
+            "line_search": "work",
+            "sliding_increment_cap": self.increment_cap,
+        }
+        given = self.model_fields_set
+        return self.model_copy(update={name: value for name, value in asked.items() if name not in given})
 
     @property
     def may_stabilise(self) -> bool:

@@ -21,6 +21,7 @@ from ncf_fenicsx.solver.layer_factors import LayerFactors
 from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
 from ncf_fenicsx.solver.modes import critical_mode
 from ncf_fenicsx.solver.multigrid import Multigrid
+from ncf_fenicsx.solver.step_length import share_of_step, step_options
 from ncf_fenicsx.solver.timing import Phases
 
 Floats = NDArray[np.float64]
@@ -30,8 +31,6 @@ REASONS = {
     PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
     PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed: singular tangent or not enough memory",
 }
-LINE_SEARCHES = {"full": "basic", "critical_point": "cp", "error_oriented": "nleqerr", "residual": "bt"}
-"""Names of PETSc for those of a scene."""
 KEEP_NONE = 1_000
 """Linear solves of a step for which contact is kept no more: a trust region judges steps before it could be let go."""
 OPTIONS = {"options_left": "no"}
@@ -42,8 +41,8 @@ class Newton:
     """SNES with full steps, a cap on the nodal increment, and MUMPS.
 
     The residual norm is no merit function here: fibres a million times stiffer than the fabric across its thickness
-    rule it, and a line search on it stalls. So steps are full unless the scene asks for a search, scaled back only
-    where a node would move more than a cap.
+    rule it, and a line search on it stalls. So steps are full, scaled back only where a node would move more than a
+    cap, unless the scene asks for a search or has friction.
 
     Args:
         system: what is solved.
@@ -180,7 +179,7 @@ class Newton:
     def _snes(self) -> Any:
         snes = PETSc.SNES().create(self.vector.comm)
         snes.setOptionsPrefix("ncf_")
-        for name, value in (OPTIONS | self._globalisation()).items():
+        for name, value in (OPTIONS | step_options(self.settings.line_search)).items():
             PETSc.Options()[name] = value
         snes.setType("newtontr" if self._in_trust_region else "newtonls")
         if self._in_trust_region:
@@ -213,12 +212,6 @@ class Newton:
     def _in_trust_region(self) -> bool:
         return self.settings.line_search == "trust_region"
 
-    def _globalisation(self) -> dict[str, str]:
-        """Options on the length of steps."""
-        if self._in_trust_region:
-            return {"ncf_snes_tr_norm_type": "infinity", "ncf_snes_tr_fallback_type": "newton"}
-        return {"ncf_snes_linesearch_type": LINE_SEARCHES[self.settings.line_search]}
-
     def _take(self, x: Any) -> None:
         x.ghostUpdate(INSERT, FORWARD)
         with x.localForm() as local:
@@ -249,19 +242,38 @@ class Newton:
 
     def _before_step(self, x: Any, step: Any) -> None:
         """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
-        del x
         self.system.contacts.release(self.snes.getIterationNumber() + 1)
-        controls = self._controls
+        controls, searches = self._controls, self.settings.line_search == "work"
         heights = border(step, controls, self.snes.getKSP().solve, self._constrained)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
-        scale = (
-            min(0.5 if self.convergence.cycling else 1.0, self.system.scales.increment_cap / largest)
-            if largest
-            else 1.0
-        )
+        scale = 0.5 if self.convergence.cycling and not searches else 1.0
+        scale = min(scale, self.system.scales.increment_cap / largest) if largest else 1.0
         step.scale(scale)
+        heights *= scale
+        if searches:
+            share = self._share_by_work(x, step, heights)
+            step.scale(share)
+            heights *= share
         for control, height in zip(controls, heights, strict=True):
-            control.shift(-scale * height)
+            control.shift(-height)
+
+    def _share_by_work(self, x: Any, step: Any, heights: Floats) -> float:
+        """Share of a correction -``step`` of ``x``, and of heights of tools (m), by the work along it."""
+        forces, trial = self.vector.duplicate(), x.duplicate()
+
+        def work(share: float) -> float:
+            x.copy(trial)
+            trial.axpy(-share, step)
+            for control, height in zip(self._controls, heights, strict=True):
+                control.shift(-share * height)
+            self._residual(None, trial, forces)
+            for control, height in zip(self._controls, heights, strict=True):
+                control.shift(share * height)
+            return float(forces.dot(step))
+
+        share = share_of_step(self.vector.dot(step), work)
+        self._take(x)
+        return share
 
     def _test(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
         reasons, residual = PETSc.SNES.ConvergedReason, norms[2]
