@@ -12,15 +12,22 @@ import ufl
 from numpy.typing import NDArray
 
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics, deformation_gradient
+from ncf_fenicsx.mechanics.form_constants import FormConstants
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.elements import Element
 
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+FOREVER = 1e30
+"""Time in s that a stack at rest has had: all that relaxes has relaxed."""
+
+
 class Clock:
-    """Constants of what a time step tells the laws.
+    """Constants of what a time step tells the laws; at rest when made.
+
+    Args:
+        constants: makes constants.
 
     Attributes:
         time_step: size of the step in s; the stack takes for ever to settle.
@@ -28,9 +35,15 @@ class Clock:
         process_speed: speed at which the tool moves down in m/s, negative upwards.
     """
 
-    time_step: Expression
-    inverse_time_step: Expression
-    process_speed: Expression
+    def __init__(self, constants: FormConstants) -> None:
+        self.time_step, self.inverse_time_step, self.process_speed = (constants(0.0) for _ in range(3))
+        self.set(0.0, 0.0)
+
+    def set(self, size: float, process_speed: float) -> None:
+        """Take the size of a step (s), 0 at rest, and how fast the tools move down in it (m/s)."""
+        self.time_step.value = size or FOREVER
+        self.inverse_time_step.value = 1 / size if size else 0.0
+        self.process_speed.value = process_speed
 
 
 @dataclass(frozen=True)

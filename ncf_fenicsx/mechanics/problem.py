@@ -67,7 +67,7 @@ class Problem:
         self.volumes = Volumes.on(self.mesh, element)
         self.constants = FormConstants(self.mesh, stack.layer)
         self.weight_share = self.constants(1.0)
-        self.clock = Clock(self.constants(0.0), self.constants(0.0), self.constants(0.0))
+        self.clock = Clock(self.constants)
         self.material, self.states = self._laws_at("state", at_volume_points(element))
         self.supports = support(self.space, stack, scene)
         self.face_states, own_pressure = self._at_faces()

@@ -18,9 +18,6 @@ from ncf_fenicsx.tools import path as motion
 Floats = NDArray[np.float64]
 Measured = TypeVar("Measured")
 
-FOREVER = 1e30
-"""Time in s that a stack at rest has had: all that relaxes has relaxed."""
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -216,9 +213,7 @@ def move_tools(problem: Problem, time: float, size: float) -> None:
 def set_clock(problem: Problem, time: float, size: float) -> None:
     """Tell the laws the size of the step (s) that ends at a time (s), 0 at rest, and how fast the tools close in."""
     paths = [tool.path for tool in problem.scene.tool]
-    problem.clock.time_step.value = size or FOREVER
-    problem.clock.inverse_time_step.value = 1 / size if size else 0.0
     speeds = [motion.closing_speed(path, time) for path in paths] if size else []
-    problem.clock.process_speed.value = max(speeds, key=abs, default=0.0)
+    problem.clock.set(size, max(speeds, key=abs, default=0.0))
     travels = [path[motion.segment_number(path, time)].travel for path in paths]
     problem.scales.sliding = any(travel is not None and any(travel[:2]) for travel in travels)

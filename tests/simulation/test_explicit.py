@@ -140,6 +140,11 @@ RELAXING = {
 }
 
 
+def test_a_fabric_that_relaxes_has_no_forces_before_the_first_step():
+    _, differences = marched(STRIP | RELAXING | {"gravity": "0 m/s^2"})
+    assert np.abs(differences.forces).max(initial=0.0) < 1e-9
+
+
 @pytest.mark.serial
 @pytest.mark.parametrize(
     "change", [{}, pytest.param(RELAXING, marks=pytest.mark.slow)], ids=["press", "press, hold, lift"]
