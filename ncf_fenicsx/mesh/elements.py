@@ -82,26 +82,23 @@ class Element:
     @cached_property
     def volume_rule(self) -> tuple[Floats, Floats]:
         """Gauss points (points, 3) and weights: two through the layer, and enough in its plane for undeformed cells."""
-        plane, weights = self._plane_rule
-        height, shares = basix.make_quadrature(basix.CellType.interval, 2)
-        points = [[*point, *z] for point in plane for z in height]
-        return np.array(points), np.outer(weights, shares).ravel()
+        return _through_layer(*self._plane_rule)
 
     @cached_property
     def mid_plane_rule(self) -> tuple[Floats, Floats]:
-        """Points (points, 3) and weights on the mid-plane, which stands for the element's thickness."""
-        plane, weights = self._plane_rule
+        """Points (points, 3) and weights on the mid-plane, which stands for the element's thickness: order^2 of them.
+
+        As many points as in `volume_rule` would set more conditions on a volume that hardly changes, or a membrane that
+        hardly stretches, than an element has nodes of its own, and it would lock. These are an order lower in each
+        direction (Malkus and Hughes 1978).
+        """
+        plane, weights = self._reduced_plane_rule
         return np.column_stack([plane, np.full(len(plane), 0.5)]), weights
 
     @cached_property
-    def dilatation_rule(self) -> tuple[Floats, Floats]:
-        """Points (points, 3) and weights at which the change of volume is looked at: on the mid-plane, order^2 of them.
-
-        A rule of as many points as `volume_rule` sets more conditions on the volume than an element has nodes of its
-        own, and it locks near incompressibility. These are an order lower in each direction (Malkus and Hughes 1978).
-        """
-        plane, weights = basix.make_quadrature(basix.CellType.quadrilateral, 2 * self.order - 1)
-        return np.column_stack([plane, np.full(len(plane), 0.5)]), weights
+    def reduced_rule(self) -> tuple[Floats, Floats]:
+        """Points (points, 3) and weights: two through the layer, in its plane those of `mid_plane_rule`."""
+        return _through_layer(*self._reduced_plane_rule)
 
     @property
     def face_rule(self) -> dict[str, Any]:
@@ -111,6 +108,10 @@ class Element:
     @property
     def _plane_rule(self) -> tuple[Floats, Floats]:
         return basix.make_quadrature(basix.CellType.quadrilateral, 2 * self.order)
+
+    @property
+    def _reduced_plane_rule(self) -> tuple[Floats, Floats]:
+        return basix.make_quadrature(basix.CellType.quadrilateral, 2 * self.order - 1)
 
     def basix(self, discontinuous: bool = False) -> Any:
         """The scalar element; a discontinuous one shares no node with its neighbours."""
@@ -127,6 +128,12 @@ class Element:
         span = np.eye(27)[np.arange(27) % 3 < 2]
         maps, space = basix.MapType.identity, basix.SobolevSpace.L2 if discontinuous else basix.SobolevSpace.H1
         return basix.ufl.custom_element(CELL, [], span, points, values, 0, maps, space, discontinuous, 1, 2)
+
+
+def _through_layer(plane: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Points (points, 3) and weights of a rule in the plane of a layer, at the two Gauss points through it."""
+    height, shares = basix.make_quadrature(basix.CellType.interval, 2)
+    return np.array([[*point, *z] for point in plane for z in height]), np.outer(weights, shares).ravel()
 
 
 def sub_quads(elements: Integers) -> Integers:
