@@ -16,6 +16,10 @@ class RelaxationLaw(StatefulLaw):
     family = "relaxation"
 
 
+DECADES = tuple({"share": 0.05, "time": f"{time} s"} for time in (1, 10, 100, 1000))
+"""One branch a decade, all alike: in a hold the pressure falls by about as much in each decade of time."""
+
+
 class Branch(Settings):
     """One branch: a spring and a dashpot in series."""
 
@@ -33,7 +37,9 @@ class Maxwell(RelaxationLaw):
     """
 
     kind = "maxwell"
-    branches: tuple[Branch, ...] = parameter(({},), min_length=1, description="branches")
+    branches: tuple[Branch, ...] = parameter(
+        DECADES, min_length=1, description="branches; one a decade for the creep of fabric, along a logarithm of time"
+    )
 
     def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:
         """No stress to relax at the start."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import ufl
 
+from ncf_fenicsx.laws.bending import MomentTable
 from ncf_fenicsx.laws.in_plane import InPlaneLaw
 from ncf_fenicsx.laws.kinematics import Expression, ExtrapolatedKinematics, Kinematics, deformation_gradient, in_plane
 from ncf_fenicsx.laws.law import CompactionStep
@@ -22,12 +23,14 @@ class Fabric(Material):
     Attributes:
         laws: with constants for their parameters.
         initial_volume_fraction: Vf0.
+        thickness: of a layer in m.
         clock: what a step tells the laws.
         states: fields of the states at the start of a step, by name; Vf is always among them.
     """
 
     laws: Laws
     initial_volume_fraction: Expression
+    thickness: Expression
     clock: Clock
     states: dict[str, Any] = field(default_factory=dict)
 
@@ -94,7 +97,13 @@ class Fabric(Material):
         compaction = -self.pressure(kinematics) * stretch_change * volumes.all
         shear = ufl.derivative(self.laws.shear.energy(kinematics) * volumes.all, displacement, variation)
         change = in_plane(ufl.sym(kinematics.deformation_gradient.T * ufl.grad(variation)))
-        return self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes) + compaction + shear
+        fibres = self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes)
+        work = fibres + compaction + shear
+        if isinstance(self.laws.bending, MomentTable):
+            bent = ufl.derivative(kinematics.curvature, displacement, variation)
+            per_area = ufl.inner(self.laws.bending.moments(kinematics), bent)
+            work += per_area / self.thickness * volumes.mid_plane
+        return work
 
     def extrapolated_tangent(
         self, displacement: Any, last_iterate: Any, variation: Any, increment: Any, volumes: Volumes
@@ -118,5 +127,7 @@ class Fabric(Material):
         fibres, bending = density(self.laws.in_plane), self.laws.bending
         if bending is None:
             return fibres * volumes.all
+        if not isinstance(bending, InPlaneLaw):
+            return fibres * volumes.mid_plane
         varying = density(bending)
         return (fibres - varying) * volumes.mid_plane + varying * volumes.all

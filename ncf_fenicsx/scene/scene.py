@@ -67,6 +67,12 @@ class Scene(Settings):
         return self
 
     @model_validator(mode="after")
+    def _bottom_is_free_or_on_a_mould(self) -> Self:
+        if self.mould is not None and self.stack.sides.bottom == "free":
+            raise impossible("stack.sides.bottom", "free", 'expected "plane" with a mould, which takes its place')
+        return self
+
+    @model_validator(mode="after")
     def _tools_can_roll(self) -> Self:
         for number, tool in enumerate(self.tool):
             if tool.axle is None and any(segment.roll for segment in tool.path):
