@@ -1,4 +1,4 @@
-"""Command line: ``ncf-fenicsx run``, ``explicit``, ``check``, ``keys``, ``compare``, ``benchmark`` and ``study``."""
+"""Command line: one function a command, and what a mistake leads to."""
 
 from __future__ import annotations
 
@@ -90,6 +90,14 @@ def keys_command() -> None:
     from ncf_fenicsx.scene.keys import reference
 
     say(reference())
+
+
+@app.command("fabrics")
+def fabrics_command() -> None:
+    """List the fabrics that ship, with the source of their numbers."""
+    from ncf_fenicsx.scene.fabric_file import list_fabrics
+
+    say(list_fabrics())
 
 
 @app.command("compare")

@@ -78,7 +78,7 @@ class MomentTable(BendingLaw):
         description="curvatures, ascending; all positive, or of both signs",
     )
     moment: tuple[LineMoment, ...] = parameter(
-        ("0.1194 N", "0.2389 N", "0.2735 N", "0.321 N", "0.349 N", "0.366 N", "0.383 N"),
+        ("0.1192 N", "0.2384 N", "0.2735 N", "0.321 N", "0.349 N", "0.366 N", "0.383 N"),
         min_length=1,
         description="moment per width at each, ascending (Broberg et al. 2024: one ply of 1.0 mm)",
     )
