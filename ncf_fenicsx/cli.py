@@ -141,6 +141,35 @@ def benchmark_command(
     say(benchmark(divisions))
 
 
+@app.command("calibrate")
+def calibrate_command(
+    files: Annotated[list[Path], typer.Argument(metavar="DATA.csv ...", help="Files of testing machines.")],
+    laws: Annotated[
+        list[str] | None, typer.Option("--law", metavar="FAMILY=KIND", help="Law to fit; auto lets a criterion choose.")
+    ] = None,
+    given: Annotated[
+        list[str] | None, typer.Option("--given", metavar="[FILE:]KEY=VALUE", help="What a specimen was. Repeatable.")
+    ] = None,
+    free: Annotated[list[str] | None, typer.Option("--free", metavar="NAME", help="Number to fit too.")] = None,
+    fixed: Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Number not to fit.")] = None,
+    compliance: Annotated[str, typer.Option(help="Of the machine, as '1e-7 m/N', or fit.")] = "0 m/N",
+    slack: Annotated[str, typer.Option(help="Travel before the specimen is touched, or fit.")] = "0 mm",
+    weight: Annotated[str, typer.Option(help="thickness (at given pressure), or pressure.")] = "thickness",
+    title: Annotated[str, typer.Option(help="Name of the fabric.")] = "calibrated fabric",
+    out: Annotated[Path | None, typer.Option(metavar="FABRIC.toml", help="Write the fabric there.")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the laws over the data there.")] = None,
+    check: Annotated[bool, typer.Option(help="Simulate the tests with the fitted fabric; exit code 1 if off.")] = False,
+) -> None:
+    """Fit laws to the files of testing machines, with errors; a fabric file with the source of each number."""
+    from ncf_fenicsx.calibration.command import Order, carry_out
+
+    machine = {"compliance": compliance, "slack": slack}
+    order = Order(files, laws or [], given or [], free or [], fixed or [], machine, weight, title, out, picture, check)
+    words, holds = carry_out(order)
+    say(words)
+    raise typer.Exit(DONE if holds else STOPPED)
+
+
 study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed.")
 app.add_typer(study, name="study")
 

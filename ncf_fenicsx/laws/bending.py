@@ -111,6 +111,10 @@ class MomentTable(BendingLaw):
         curvature = (*self.curvature[:split], 0.0, *self.curvature[split:])
         return MonotoneCubic.through(curvature, (*self.moment[:split], 0.0, *self.moment[split:]))
 
+    def moment_at(self, curvature: Expression) -> Expression:
+        """Moment per width in N at positive curvatures (1/m)."""
+        return self._curve(curvature)
+
     def energy_per_area(self, curvature: Expression) -> Expression:
         """Energy in J/m2.
 

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any, Literal, Self
 
 import numpy as np
 import ufl
 from scipy.interpolate import PchipInterpolator
-from ufl.core.expr import Expr
 
 from ncf_fenicsx.kinds import impossible
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import positive
+from ncf_fenicsx.laws.law import is_symbolic, positive
 
 LEAST_END_SLOPE = 0.1
 """Slope at the ends of a table over the secant there: a flat end would leave what lies beyond it without stiffness."""
@@ -41,7 +40,7 @@ class MonotoneCubic:
     odd: bool = False
 
     @classmethod
-    @cache
+    @lru_cache(maxsize=256)
     def through(
         cls, x: tuple[float, ...], y: tuple[float, ...], ends: Literal["straight", "level"] = "straight"
     ) -> Self:
@@ -49,7 +48,7 @@ class MonotoneCubic:
         return cls(x, y, ends)
 
     @classmethod
-    @cache
+    @lru_cache(maxsize=256)
     def from_origin(cls, x: tuple[float, ...], y: tuple[float, ...]) -> Self:
         """Half of the odd curve through the origin, positive nodes, and both mirrored."""
         return cls((0.0, *x), (0.0, *y), odd=True)
@@ -89,7 +88,7 @@ class MonotoneCubic:
         """
         starts = [self.x[0], *self.x]
         columns = [*(list(column) for column in zip(*self._pieces, strict=True)), *more]
-        if isinstance(at, Expr):
+        if is_symbolic(at):
             return [_chosen(at, self.x, column) for column in columns], at - _chosen(at, self.x, starts)
         number = np.searchsorted(self.x, at, side="right")
         return [np.array(column)[number] for column in columns], at - np.array(starts)[number]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ufl
-
 from ncf_fenicsx.kinds import Settings, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import CompactionStep, StatefulLaw
+from ncf_fenicsx.laws.law import CompactionStep, StatefulLaw, tanh
 from ncf_fenicsx.units import PositiveTime
 
 
@@ -53,7 +51,7 @@ class Maxwell(RelaxationLaw):
         for number, branch in enumerate(self.branches):
             name = f"relaxing_pressure_{number + 1}"
             h = step.time_step / branch.time
-            half = ufl.tanh(h / 2)  # in place of exp: exact also where h is too small to tell 1 - exp(-h) from 0
+            half = tanh(h / 2)  # in place of exp: exact also where h is too small to tell 1 - exp(-h) from 0
             states[name] = (1 - half) / (1 + half) * old[name] + 2 * half / ((1 + half) * h) * gain
         return states
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ufl
-
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw
+from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw, larger, smaller
 from ncf_fenicsx.units import PositiveStress
 
 TINY = 1e-12
@@ -44,7 +42,7 @@ class PermanentSet(UnloadingLaw):
 
     def updated_states(self, step: CompactionStep, old: dict[str, Expression]) -> dict[str, Expression]:
         """Vf_max at the end of the step."""
-        return {"largest_volume_fraction": ufl.max_value(step.volume_fraction, old["largest_volume_fraction"])}
+        return {"largest_volume_fraction": larger(step.volume_fraction, old["largest_volume_fraction"])}
 
     def share(self, step: CompactionStep, largest_volume_fraction: Expression) -> Expression:
         """c: share of the largest gain of Vf that stays."""
@@ -56,8 +54,8 @@ class PermanentSet(UnloadingLaw):
         vf, largest = step.volume_fraction, self.updated_states(step, old)["largest_volume_fraction"]
         gain, share = largest - step.initial_volume_fraction, self.share(step, largest)
         past_set = vf - step.initial_volume_fraction - share * gain
-        u = past_set / ufl.max_value((1 - share) * gain, TINY)
-        u = ufl.max_value(ufl.min_value(u, 1.0), 0.0)
+        u = past_set / larger((1 - share) * gain, TINY)
+        u = larger(smaller(u, 1.0), 0.0)
         return step.loading(vf - share * gain * (1 - u**self.exponent))
 
 
@@ -74,5 +72,5 @@ class PressureSet(PermanentSet):
 
     def share(self, step: CompactionStep, largest_volume_fraction: Expression) -> Expression:
         """Share c at the largest pressure so far."""
-        ratio = ufl.max_value(step.loading(largest_volume_fraction) / self.reference_pressure, TINY)
+        ratio = larger(step.loading(largest_volume_fraction) / self.reference_pressure, TINY)
         return 1 - (1 - self.set_share) ** (ratio**self.pressure_exponent)

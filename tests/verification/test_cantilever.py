@@ -20,7 +20,7 @@ SOFTENING = {"kind": "table"}
 def elastica(law, length):
     """Deflection and reach (m) of the tip of a clamped strip under its weight, from its own integral of the moment."""
     inverse = np.linspace(0, 40, 40001)
-    moment = np.array(law._curve(inverse))
+    moment = np.array(law.moment_at(inverse))
 
     def slopes(s, state):
         angle, carried = state[:2]  # from the tip: the moment grows by the weight beyond, at its lever
