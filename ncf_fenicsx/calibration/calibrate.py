@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ncf_fenicsx.calibration.cantilever import fit_shape
 from ncf_fenicsx.calibration.curve_laws import CurveFit, family_of, fit_curve
 from ncf_fenicsx.calibration.fitting import Fit, Weight, fit_compaction
 from ncf_fenicsx.calibration.free_parameters import FREE, free_of, with_values
@@ -75,7 +76,13 @@ def calibrate(files: list[Path], given: dict[str, dict[str, float]], wishes: Wis
     for test in raw:
         by_family.setdefault(family_of(test) or "compaction", []).append(test)
     tests = [compaction_test(test, given) for test in by_family.pop("compaction", [])]
-    curves = [fit_curve(family, found, wishes.kinds.get(family)) for family, found in by_family.items()]
+    shapes = [test for test in by_family.get("bending", []) if "deflection" in test.columns]
+    if len(shapes) > 1 or (shapes and len(by_family["bending"]) > 1):
+        raise SceneError(f"{shapes[-1].path}: several tests of bending with a shape; expected one shape, or curvatures")
+    curves = [fit_shape(test, given) for test in shapes]
+    for family, found in by_family.items():
+        if not (shapes and family == "bending"):
+            curves.append(fit_curve(family, found, wishes.kinds.get(family)))
     return Calibration(files, tests, fit_tests(tests, wishes) if tests else None, curves)
 
 

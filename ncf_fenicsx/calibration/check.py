@@ -24,7 +24,9 @@ MOST_PIECES = 40
 SIDE = 10e-3
 WITHIN = 1.2
 """Scatter of a simulated test over that of the fit which still is within the noise."""
-LEAST = 0.005
+ROWS = 100
+"""Least number of steps of a scene: its force is straight between them."""
+LEAST = 0.001
 """Relative difference in thickness that steps and contact of the scene make."""
 
 
@@ -90,6 +92,7 @@ def scene_of(fit: Fit, test: Compaction) -> Scene:
             },
             "laws": {family: {"kind": law.kind, **law.model_dump()} for family, law in fit.laws.items()},
             "tool": {"kind": "plate", "penalty": 1000.0, "path": _path(time, depth)},
+            "solver": {"first_step": f"{time[-1] / ROWS} s", "largest_step": f"{time[-1] / ROWS} s"},
             "output": {"picture": False},
         }
     )

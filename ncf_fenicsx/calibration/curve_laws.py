@@ -39,10 +39,11 @@ class Curve:
     kind: str
 
 
+FRICTION = ("normal_force", "force")
 CURVES = {
     "shear": Curve("angle", "shear_stress", "table"),
     "bending": Curve("curvature", "moment", "table"),
-    "friction": Curve("normal_force", "force", "coulomb"),
+    "friction": Curve(*FRICTION, "coulomb"),
     "permeability": Curve("volume_fraction", "permeability", "kozeny_carman"),
 }
 
@@ -58,6 +59,8 @@ class CurveFit:
         x: measured, in the units of the law.
         y: measured, in SI.
         model: of the law at x.
+        x_name: quantity of x.
+        y_name: quantity of y.
     """
 
     family: str
@@ -66,10 +69,14 @@ class CurveFit:
     x: Floats
     y: Floats
     model: Floats
+    x_name: str
+    y_name: str
 
 
 def family_of(raw: RawTest) -> str | None:
     """Family that a test measures, by its columns; None for one of compaction."""
+    if {"position", "deflection"} <= set(raw.columns):
+        return "bending"
     for family, curve in CURVES.items():
         named = {curve.x, curve.y} <= set(raw.columns)
         if named or (family == "shear" and {"angle", "pressure"} <= set(raw.columns)):
@@ -100,7 +107,7 @@ def fit_curve(family: str, tests: list[RawTest], kind: str | None) -> CurveFit:
 
 def _table(family: str, x: Floats, y: Floats) -> CurveFit:
     """A table through the points: made to rise, and thinned to a dozen by equal shares of the points."""
-    rising = isotonic_regression(y).x
+    curve, rising = CURVES[family], isotonic_regression(y).x
     nodes: list[tuple[float, float]] = []
     for group in np.array_split(np.flatnonzero(x > 0), min(MOST_NODES, np.count_nonzero(x > 0))):
         node = float(x[group].mean()), float(rising[group].mean())
@@ -112,10 +119,12 @@ def _table(family: str, x: Floats, y: Floats) -> CurveFit:
     if family == "shear":
         shear = ShearTable.model_validate({"angle": across, "stress": [f"{value!r} Pa" for value in up]})
         model = np.asarray(shear.shear_stress(np.tan(np.radians(x))))
-        return CurveFit(family, {"kind": "table", **shear.model_dump()}, {}, x, y, model)
+        return CurveFit(family, {"kind": "table", **shear.model_dump()}, {}, x, y, model, curve.x, curve.y)
     texts = {"curvature": [f"{value!r} 1/m" for value in across], "moment": [f"{value!r} N" for value in up]}
     bending = MomentTable.model_validate(texts)
-    return CurveFit(family, {"kind": "table", **bending.model_dump()}, {}, x, y, np.asarray(bending.moment_at(x)))
+    return CurveFit(
+        family, {"kind": "table", **bending.model_dump()}, {}, x, y, np.asarray(bending.moment_at(x)), curve.x, curve.y
+    )
 
 
 def _friction(normal: Floats, force: Floats) -> CurveFit:
@@ -123,14 +132,8 @@ def _friction(normal: Floats, force: Floats) -> CurveFit:
     ratios = force[normal > 0] / normal[normal > 0]
     error = float(ratios.std(ddof=1) / math.sqrt(len(ratios)))
     coefficient = float(ratios.mean())
-    return CurveFit(
-        "friction",
-        {"coefficient": coefficient},
-        {"coefficient": (coefficient, error)},
-        normal,
-        force,
-        coefficient * normal,
-    )
+    found = {"coefficient": (coefficient, error)}
+    return CurveFit("friction", {"coefficient": coefficient}, found, normal, force, coefficient * normal, *FRICTION)
 
 
 def _formula(family: str, kind: str, x: Floats, y: Floats) -> CurveFit:
@@ -152,4 +155,13 @@ def _formula(family: str, kind: str, x: Floats, y: Floats) -> CurveFit:
     found = {
         name.split(".")[1]: (value_of(fitted, name), float(error)) for name, error in zip(names, errors, strict=True)
     }
-    return CurveFit(family, {"kind": kind, **fitted[family].model_dump()}, found, x, y, model(values))
+    return CurveFit(
+        family,
+        {"kind": kind, **fitted[family].model_dump()},
+        found,
+        x,
+        y,
+        model(values),
+        CURVES[family].x,
+        CURVES[family].y,
+    )

@@ -112,6 +112,14 @@ def parameters(laws: Laws, names: list[str]) -> Parameters:
     return made
 
 
+def positive_parameters(name: str, values: list[float]) -> Parameters:
+    """Numbers above 0 for lmfit, numbered."""
+    made = Parameters()
+    for number, value in enumerate(values):
+        made.add(f"{name}_{number}", value=value, min=TINY)
+    return made
+
+
 def bounds(laws: Laws, name: str) -> tuple[float, float]:
     """Smallest and largest value that a law takes."""
     family, *path = name.split(".")

@@ -13,7 +13,7 @@ QUANTITIES = {
     "thickness": ("m", "thickness height gap dicke hohe epaisseur hauteur espesor altura spessore dikte"),
     "travel": (
         "m",
-        "travel displacement extension crosshead stroke position weg traverse verschiebung deplacement "
+        "travel displacement extension crosshead stroke weg traverse verschiebung deplacement "
         "desplazamiento spostamento verplaatsing",
     ),
     "normal_force": ("N", "normal\\sforce normalkraft force\\snormale fuerza\\snormal forza\\snormale"),
@@ -22,6 +22,8 @@ QUANTITIES = {
     "speed": ("m/s", "speed velocity geschwindigkeit vitesse velocidad velocita snelheid"),
     "angle": ("degree", "angle winkel angulo angolo hoek"),
     "shear_stress": ("Pa", "shear\\sstress schubspannung cisaillement cortante taglio tau"),
+    "deflection": ("m", "deflection sag durchbiegung fleche flecha freccia"),
+    "position": ("m", "position abscissa abscisse abscisa ascissa"),
     "curvature": ("1/m", "curvature krummung courbure curvatura kromming"),
     "moment": ("N", "moment biegemoment"),
     "permeability": ("m^2", "permeab"),

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ncf_fenicsx.calibration.calibrate import Calibration
-from ncf_fenicsx.calibration.curve_laws import CURVES
 from ncf_fenicsx.calibration.histories import History
 
 Floats = NDArray[np.float64]
@@ -22,6 +21,8 @@ UNITS = {
     "shear_stress": "shear stress (Pa)",
     "curvature": "curvature (1/m)",
     "moment": "moment per width (N)",
+    "position": "position (m)",
+    "deflection": "deflection (m)",
     "normal_force": "normal force (N)",
     "force": "force (N)",
     "volume_fraction": "fibre volume fraction",
@@ -62,8 +63,7 @@ def panels(made: Calibration) -> list[Panel]:
             off.points[name] = (measured, 100 * history.off_in_thickness(test.pressure))
         found += [over_vf, over_time, off]
     for curve in made.curves:
-        names = CURVES[curve.family]
-        axes = UNITS[names.x], UNITS[names.y]
+        axes = UNITS[curve.x_name], UNITS[curve.y_name]
         found.append(Panel(curve.family, axes, {"measured": (curve.x, curve.y)}, {"law": (curve.x, curve.model)}))
     return found
 

@@ -21,7 +21,7 @@ GIVEN = {
     "length": ("m", "length lange longueur longitud lunghezza", "152 mm"),
     "width": ("m", "width breite largeur ancho larghezza", "152 mm"),
     "area": ("m^2", "area flache surface aire", "23104 mm^2"),
-    "thickness": ("m", "initial thickness dicke epaisseur espesor spessore", "4 mm"),
+    "thickness": ("m", "thickness dicke epaisseur espesor spessore", "4 mm"),
     "areal_density": ("kg/m^2", "areal grammage flachengewicht", "1425 g/m^2"),
     "fibre_density": ("kg/m^3", "fibre\\sdensity fiber\\sdensity faserdichte", "1.79e6 g/m^3"),
     "speed": ("m/s", "speed geschwindigkeit vitesse velocidad velocita", "1 mm/min"),
@@ -156,7 +156,7 @@ def compaction_test(raw: RawTest, given: dict[str, dict[str, float]]) -> Compact
     Raises:
         SceneError: what the specimen was is not known, or the file has no force or no thickness.
     """
-    known = _known(raw, given)
+    known = _pressed(raw, given)
     force, travel = _signed(raw, known)
     layers = int(known.get("layers", 1))
     initial = known.get("thickness") or float(raw.columns.get("thickness", [0.0])[0])
@@ -185,22 +185,32 @@ def compaction_test(raw: RawTest, given: dict[str, dict[str, float]]) -> Compact
     )
 
 
-def _known(raw: RawTest, given: dict[str, dict[str, float]]) -> dict[str, float]:
-    """What is known of the specimen: from its file, overridden by what is given for all, and for its file."""
+def specimen(raw: RawTest, given: dict[str, dict[str, float]], needed: tuple[str, ...] = ()) -> dict[str, float]:
+    """What is known of a specimen in SI: from its file, overridden by what is given for all, and for its file.
+
+    Raises:
+        SceneError: a remark is no such quantity, or what is needed is not known.
+    """
     known: dict[str, float] = {}
     for key, (_, words, _) in GIVEN.items():
         for name, text in raw.remarks.items():
-            if any(re.search(rf"\b{word}", name) for word in words.split()):
+            if any(re.search(rf"\b{word}\b", name) for word in words.split()):
                 known.setdefault(key, _read(f"{raw.path}: {name}", key, text))
     known |= given.get("", {}) | given.get(raw.path.name, {})
+    for key in needed:
+        _needed(raw, known, key)
+    return known
+
+
+def _pressed(raw: RawTest, given: dict[str, dict[str, float]]) -> dict[str, float]:
+    """The same with the area that is pressed."""
+    known = specimen(raw, given)
     if "area" not in known and {"length", "width"} <= set(known):
         known["area"] = known["length"] * known["width"]
     if "pressure" in raw.columns:
         known.setdefault("area", 1.0)
     if "area" not in known:
-        raise SceneError(
-            f"{raw.path}: no size of the specimen; expected --given area='23104 mm^2', or length and width"
-        )
+        raise SceneError(f"{raw.path}: no size of a specimen; expected --given area='23104 mm^2', or length, width")
     return known
 
 

@@ -230,6 +230,7 @@ class Scene(Settings):
         Raises:
             SceneError: a key or value is not valid.
         """
+        data = with_fabric(data, Path(source))
         try:
             return cls.model_validate(data)
         except ValidationError as error:
