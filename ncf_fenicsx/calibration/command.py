@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
+from mpi4py import MPI
+
 from ncf_fenicsx.calibration import check as checking
 from ncf_fenicsx.calibration.calibrate import Wishes, calibrate, wished_kinds
 from ncf_fenicsx.calibration.fabric_writer import fabric_table, in_words, to_toml
@@ -40,6 +42,8 @@ def carry_out(order: Order) -> tuple[str, bool]:
     Raises:
         SceneError: something asked for, or a file, is wrong; nothing is written then.
     """
+    if MPI.COMM_WORLD.size > 1:
+        raise SceneError(f"calibrate: on {MPI.COMM_WORLD.size} ranks; expected one, without mpirun")
     for option, path, suffix in (("--out", order.out, ".toml"), ("--picture", order.picture, ".png")):
         if path is not None and (path.suffix != suffix or not path.parent.is_dir()):
             raise SceneError(f"{option} {path}: expected a file that ends with {suffix}, in a folder that exists")

@@ -9,7 +9,7 @@ from ncf_fenicsx.mesh import compat
 pytestmark = pytest.mark.two_ranks
 
 
-def bare(layers, size, divisions, thickness, laws, **stack):
+def bare(layers, size, divisions, thickness, laws):
     return {
         "gravity": "0 m/s^2",
         "duration": "1 s",
@@ -22,8 +22,7 @@ def bare(layers, size, divisions, thickness, laws, **stack):
             "divisions": divisions,
             "grading": [0, 0],
             "sides": {"x_min": "fixed", "bottom": "free"},
-        }
-        | stack,
+        },
         "interface": {"kind": "bonded"},
         "laws": laws,
     }
@@ -55,7 +54,7 @@ def test_eighteen_plies_in_simple_shear_give_the_table_back(angle, kpa):
 def test_a_strip_bent_to_an_arc_gives_the_moment_of_the_table(curvature, moment, sign):
     """All normals stay normal on a circle; the moment about the axis is that of the forces on the end of an element."""
     kappa = sign * curvature
-    table = bare(1, ["20 mm", "4 mm"], [10, 1], 1.0, {"bending": {"kind": "table"}, "rate": {"kind": "none"}}, order=2)
+    table = bare(1, ["20 mm", "4 mm"], [10, 1], 1.0, {"bending": {"kind": "table"}, "rate": {"kind": "none"}})
 
     def arc(at):
         """Upper face stretched: the ends go down."""

@@ -50,8 +50,13 @@ def hung(length, bending, folder):
 
 @pytest.mark.parametrize(
     ("length", "bending"),
-    [(0.2, LINEAR), (0.3, LINEAR), (0.2, SOFTENING), (0.22, SOFTENING), (0.235, SOFTENING)],
-    ids=["linear", "linear, far", "softening", "softening, beyond the knee", "softening, far"],
+    [
+        pytest.param(0.2, LINEAR, id="linear", marks=pytest.mark.slow),  # each table is a form of its own to compile
+        pytest.param(0.3, LINEAR, id="linear, far", marks=pytest.mark.slow),
+        pytest.param(0.2, SOFTENING, id="softening"),
+        pytest.param(0.22, SOFTENING, id="softening, beyond the knee"),
+        pytest.param(0.235, SOFTENING, id="softening, far"),
+    ],
 )
 def test_a_strip_over_an_edge_is_the_elastica(folder, length, bending):
     made = MomentTable.model_validate({name: value for name, value in bending.items() if name != "kind"})
