@@ -171,6 +171,8 @@ def compaction_test(raw: RawTest, given: dict[str, dict[str, float]]) -> Compact
     if np.any(np.diff(time) < 0):
         row = int(np.argmax(np.diff(time) < 0)) + 1
         raise SceneError(f"{raw.path}: line {raw.lines[row]}, column time = {time[row]:g} s: expected times that grow")
+    fibres = layers * areal / density
+    _check_press(raw, apparent, force, fibres)
     return Compaction(
         name=raw.name,
         time=time[order],
@@ -179,10 +181,23 @@ def compaction_test(raw: RawTest, given: dict[str, dict[str, float]]) -> Compact
         area=known["area"],
         initial_thickness=initial,
         layers=layers,
-        fibres=layers * areal / density,
+        fibres=fibres,
         areal_density=areal,
         fibre_density=density,
     )
+
+
+def _check_press(raw: RawTest, apparent: Floats, force: Floats, fibres: float) -> None:
+    """Refuse what is no press: no force, no closing, or a thickness that the fibres alone would not fit in."""
+    if force.max() <= 0 or apparent.min() >= apparent[0]:
+        what = "force" if force.max() <= 0 else "thickness"
+        raise SceneError(f"{raw.path}: {raw.name}: {what} does not change; expected a test that presses")
+    if apparent.min() <= fibres:
+        row = int(np.argmax(apparent <= fibres))
+        raise SceneError(
+            f"{raw.path}: line {raw.lines[row]}: a thickness of {1e3 * apparent[row]:.4g} mm, and fibres of "
+            f"{1e3 * fibres:.4g} mm; expected Vf below 1: other layers, areal density or initial thickness"
+        )
 
 
 def specimen(raw: RawTest, given: dict[str, dict[str, float]], needed: tuple[str, ...] = ()) -> dict[str, float]:

@@ -112,6 +112,7 @@ def test_other_tests_find_their_law(tmp_path, heading, x, y, family, expected):
         ({"laws": ["compaction=gutowsky"]}, "did you mean 'gutowski'?"),
         ({"laws": ["compaction=table"]}, "expected one that is fitted: exponential, power"),
         ({"given": SPECIMEN[:2]}, "no areal density; expected --given areal_density='1425 g/m^2'"),
+        ({"given": [*SPECIMEN, "layers=4"]}, "line 41: a thickness of 3.178 mm, and fibres of 3.184 mm"),
         ({"given": ["layer=2"]}, "--given layer=2: expected one of layers"),
         ({"free": ["rate.alpha9"]}, "--free rate.alpha9: no such number"),
         ({"machine": {"compliance": "1 mm"}}, "--compliance 1 mm: expected a value of at least 0 in m/N, or fit"),
@@ -136,3 +137,12 @@ def test_simulated_tests_give_the_data_back(tmp_path):
     assert holds, words
     assert words.count("| yes |") == 2
     assert tests[0].force.max() / AREA > 1e4 > VF0
+
+
+@pytest.mark.parametrize(("travel", "force"), [([0, 0, 0, 0], [0, 1, 2, 3]), ([0, 0.1, 0.2, 0.3], [0, 0, 0, 0])])
+def test_what_does_not_press_is_refused(tmp_path, travel, force):
+    file = tmp_path / "a.csv"
+    rows = "\n".join(f"{t};{x};{f}" for t, x, f in zip(range(4), travel, force, strict=True))
+    file.write_text("Time [s];Travel [mm];Force [N]\n" + rows, "utf-8")
+    with pytest.raises(SceneError, match="does not change; expected a test that presses"):
+        carry_out(order([file], given=[*SPECIMEN, "thickness=4 mm", "layers=2"]))
