@@ -1,4 +1,4 @@
-"""Command line: ``ncf-fenicsx run``, ``explicit``, ``check``, ``keys``, ``compare``, ``benchmark`` and ``study``."""
+"""Command line: one function a command, and what a mistake leads to."""
 
 from __future__ import annotations
 
@@ -92,6 +92,14 @@ def keys_command() -> None:
     say(reference())
 
 
+@app.command("fabrics")
+def fabrics_command() -> None:
+    """List the fabrics that ship, with the source of their numbers."""
+    from ncf_fenicsx.scene.fabric_file import list_fabrics
+
+    say(list_fabrics())
+
+
 @app.command("compare")
 def compare_command(
     history: Annotated[Path, typer.Argument(metavar="HISTORY.csv", help="What is judged, of any code.")],
@@ -131,6 +139,35 @@ def benchmark_command(
     from ncf_fenicsx.study.law_cost import benchmark
 
     say(benchmark(divisions))
+
+
+@app.command("calibrate")
+def calibrate_command(
+    files: Annotated[list[Path], typer.Argument(metavar="DATA.csv ...", help="Files of testing machines.")],
+    laws: Annotated[
+        list[str] | None, typer.Option("--law", metavar="FAMILY=KIND", help="Law to fit; auto lets a criterion choose.")
+    ] = None,
+    given: Annotated[
+        list[str] | None, typer.Option("--given", metavar="[FILE:]KEY=VALUE", help="What a specimen was. Repeatable.")
+    ] = None,
+    free: Annotated[list[str] | None, typer.Option("--free", metavar="NAME", help="Number to fit too.")] = None,
+    fixed: Annotated[list[str] | None, typer.Option("--fix", metavar="NAME", help="Number not to fit.")] = None,
+    compliance: Annotated[str, typer.Option(help="Of the machine, as '1e-7 m/N', or fit.")] = "0 m/N",
+    slack: Annotated[str, typer.Option(help="Travel before the specimen is touched, or fit.")] = "0 mm",
+    weight: Annotated[str, typer.Option(help="thickness (at given pressure), or pressure.")] = "thickness",
+    title: Annotated[str, typer.Option(help="Name of the fabric.")] = "calibrated fabric",
+    out: Annotated[Path | None, typer.Option(metavar="FABRIC.toml", help="Write the fabric there.")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the laws over the data there.")] = None,
+    check: Annotated[bool, typer.Option(help="Simulate the tests with the fitted fabric; exit code 1 if off.")] = False,
+) -> None:
+    """Fit laws to the files of testing machines, with errors; a fabric file with the source of each number."""
+    from ncf_fenicsx.calibration.command import Order, carry_out
+
+    machine = {"compliance": compliance, "slack": slack}
+    order = Order(files, laws or [], given or [], free or [], fixed or [], machine, weight, title, out, picture, check)
+    words, holds = carry_out(order)
+    say(words)
+    raise typer.Exit(DONE if holds else STOPPED)
 
 
 study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed.")

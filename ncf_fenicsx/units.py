@@ -22,7 +22,7 @@ NUMBER = re.compile(
     re.ASCII,
 )
 FACTOR = rf"[A-Za-zµμ°%]+(?:(?:\^|\*\*)?-?[0-9]|{RAISED})?"
-UNIT = re.compile(rf"{FACTOR}(?: ?[/*·] ?{FACTOR})*")
+UNIT = re.compile(rf"(?:1 ?/ ?)?{FACTOR}(?: ?[/*·] ?{FACTOR})*")
 ATTACHED_POWER = re.compile(r"(?<=[A-Za-zµμ°%])(-?[0-9])")
 
 
@@ -50,8 +50,8 @@ def _value(match: re.Match[str]) -> float:
 def parse_quantity(text: object, symbol: str) -> float | None:
     """Value in the SI unit ``symbol`` of one number and one unit written as text; None if the text is anything else.
 
-    Powers in a unit are written m2, m^2, m**2 or m²; factors are joined by one of / * ·. Nothing is evaluated: what is
-    not read whole is not read.
+    Powers in a unit are written m2, m^2, m**2 or m²; factors are joined by one of / * ·, and the first may be 1, as in
+    1/m. Nothing is evaluated: what is not read whole is not read.
     """
     match = NUMBER.match(text.strip()) if isinstance(text, str) else None
     if match is None:
@@ -202,6 +202,8 @@ PositiveTime = Annotated[float, Quantity("s", "a positive time", "0.5 s", above=
 PositiveSpeed = Annotated[float, Quantity("m/s", "a positive speed", "1 mm/min", above=0, usual=(1e-9, 10.0, "mm/min"))]
 Stress = Annotated[float, Quantity("Pa", "a stress", "10 kPa", usual=STRESSES)]
 PositiveStress = Annotated[float, Quantity("Pa", "a positive stress", "242 GPa", above=0, usual=STRESSES)]
+Curvature = Annotated[float, Quantity("1/m", "a curvature", "5 1/m", usual=(1e-6, 1e5, "1/m"))]
+LineMoment = Annotated[float, Quantity("N", "a moment per width", "0.3 N", usual=(1e-9, 1e4, "N"))]
 ArealDensity = Annotated[
     float, Quantity("kg/m^2", "a positive areal density", "1425 g/m^2", above=0, usual=(1e-3, 1e2, "g/m^2"))
 ]

@@ -26,7 +26,7 @@ ROW = (
     ("solver", "output"),
     ("report",),
     ("simulation",),
-    ("study",),
+    ("study", "calibration"),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""

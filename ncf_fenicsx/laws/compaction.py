@@ -6,18 +6,17 @@ Formulas use Python's operators only, so they hold for numbers, numpy arrays and
 from __future__ import annotations
 
 from abc import abstractmethod
-from functools import cache
-from itertools import pairwise, product
+from itertools import product
 from typing import Annotated, Literal, Self
 
 import numpy as np
 import ufl
 from pydantic import Field, model_validator
-from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx.kinds import Constants, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import Conditions, Law, number, positive
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
 from ncf_fenicsx.units import PositiveStress, Stress
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -25,8 +24,6 @@ PANELS = 16
 
 
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
-LEAST_END_SLOPE = 0.1
-"""Slope at the ends of a table over the secant there: a flat end would leave the fabric beyond it without stiffness."""
 
 
 class CompactionLaw(Law):
@@ -182,12 +179,7 @@ class Table(CompactionLaw):
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
-        if len(self.volume_fraction) != len(self.stress):
-            count = len(self.volume_fraction)
-            raise impossible("stress", list(self.stress), f"expected {count} entries, as volume_fraction has")
-        for name in ("volume_fraction", "stress"):
-            if np.any(np.diff(getattr(self, name)) <= 0):
-                raise impossible(name, list(getattr(self, name)), "expected ascending numbers")
+        ascending(self, ("volume_fraction", "stress"))
         return self
 
     def caution(self, conditions: Conditions) -> str | None:
@@ -211,39 +203,11 @@ class Table(CompactionLaw):
         """Interpolated pressure less that at Vf0, in Pa."""
         return self._curve(volume_fraction) - self._curve(initial_volume_fraction)
 
-    def _curve(self, vf: Expression) -> Expression:
-        """Sum over the intervals of what the pressure gains in each, as far as Vf reaches into it."""
-        x, y, slope = self.volume_fraction, self.stress, _slopes(self.volume_fraction, self.stress)
-        curve = y[0] - slope[0] * positive(x[0] - vf) + slope[-1] * positive(vf - x[-1])
-        for i, length in enumerate(np.diff(x)):
-            reach = _between(vf - x[i], length)
-            secant = (y[i + 1] - y[i]) / length
-            square = (3 * secant - 2 * slope[i] - slope[i + 1]) / length
-            cube = (slope[i] + slope[i + 1] - 2 * secant) / length**2
-            curve = curve + reach * (slope[i] + reach * (square + reach * cube))
-        return curve
+    @property
+    def _curve(self) -> MonotoneCubic:
+        return MonotoneCubic.through(self.volume_fraction, self.stress)
 
     def energy(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """Work of compaction in J/m3, integrated interval by interval."""
-        pairs = zip(self._split(initial_volume_fraction), self._split(volume_fraction), strict=True)
+        pairs = zip(self._curve.split(initial_volume_fraction), self._curve.split(volume_fraction), strict=True)
         return sum(self.work_between(start, end, initial_volume_fraction) for start, end in pairs)
-
-    def _split(self, vf: Expression) -> list[Expression]:
-        """Vf held to each interval of the table, and to what lies below and above it."""
-        x = self.volume_fraction
-        inner = [low + _between(vf - low, high - low) for low, high in pairwise(x)]
-        return [vf - positive(vf - x[0]), *inner, x[-1] + positive(vf - x[-1])]
-
-
-@cache
-def _slopes(x: tuple[float, ...], y: tuple[float, ...]) -> list[float]:
-    """Slopes at the nodes; made once, for each evaluation of the curve asks for them."""
-    slope = PchipInterpolator(x, y).derivative()(x)
-    secant = np.diff(y) / np.diff(x)
-    slope[[0, -1]] = np.maximum(slope[[0, -1]], LEAST_END_SLOPE * secant[[0, -1]])
-    return [float(value) for value in slope]
-
-
-def _between(number: Expression, length: float) -> Expression:
-    """The number, held to [0, length]."""
-    return positive(number) - positive(number - float(length))

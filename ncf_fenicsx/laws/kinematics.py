@@ -62,6 +62,17 @@ class Kinematics:
         return self.volume_ratio / self.area_stretch
 
     @cached_property
+    def curvature(self) -> Expression:
+        """kappa_ab = sym(F_a . dF_b/dX_3) / lambda_3 in 1/m, shape (2, 2), positive where the upper face is stretched.
+
+        dF_b/dX_3 is the slope along b of the vector across the layer: where it stays normal and the plane is not
+        stretched, this is the curvature of the plane, whatever the thickness.
+        """
+        F = self.deformation_gradient
+        across = ufl.grad(F)[:, :, 2]
+        return in_plane(ufl.sym(F.T * across)) / self.thickness_stretch
+
+    @cached_property
     def volume_ratio(self) -> Expression:
         """J = det F."""
         return ufl.dot(self.area_vector, self.deformation_gradient[:, 2])

@@ -8,9 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.core.expr import Expr
 
 from ncf_fenicsx.kinds import Kind
 from ncf_fenicsx.laws.kinematics import Expression
@@ -115,6 +117,26 @@ def real(formula: Callable[[float], Any], argument: float) -> float:
     except ArithmeticError:
         return math.nan
     return math.nan if isinstance(value, complex) else float(value)
+
+
+def larger(one: Expression, other: Expression) -> Expression:
+    """The larger of two numbers, arrays or expressions."""
+    return ufl.max_value(one, other) if is_symbolic(one, other) else np.maximum(one, other)
+
+
+def smaller(one: Expression, other: Expression) -> Expression:
+    """The smaller of two numbers, arrays or expressions."""
+    return ufl.min_value(one, other) if is_symbolic(one, other) else np.minimum(one, other)
+
+
+def tanh(value: Expression) -> Expression:
+    """Hyperbolic tangent of a number, an array or an expression."""
+    return ufl.tanh(value) if is_symbolic(value) else np.tanh(value)
+
+
+def is_symbolic(*values: Expression) -> bool:
+    """Whether one of some values is an expression of UFL."""
+    return any(isinstance(value, Expr) for value in values)
 
 
 def positive(value: Expression) -> Expression:

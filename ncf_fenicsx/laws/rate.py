@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from ncf_fenicsx.kinds import impossible, parameter
+from ncf_fenicsx.kinds import Constants, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import CompactionStep, Conditions, Law, positive, real
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
 from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
+
+PositiveFactor = Annotated[float, Field(gt=0)]
 
 
 class RateLaw(Law):
@@ -42,7 +45,34 @@ class RateLaw(Law):
         return at_rest * slow + (self.factor(self.speed(step)) - at_rest) * positive(slow)
 
 
-class KellyRate(RateLaw):
+class ClosingSpeedRate(RateLaw):
+    """A factor by the speed at which the fabric closes at each place, or by that of the tool."""
+
+    feed: Literal["process", "local"] = parameter(
+        "local", description="speed: the closing speed of the fabric at each point, or that of the process, the tool's"
+    )
+    reference_thickness: PositiveLength = parameter(
+        "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d(lambda_3)/dt"
+    )
+
+    def speed(self, step: CompactionStep) -> Expression:
+        """Closing speed in m/s: of the process, or the reference thickness times -d(Vf0 / Vf)/dt.
+
+        Vf0 / Vf is lambda_3, or J where Vf goes by volume. Not its logarithm: a specimen of the reference thickness
+        then closes at the speed of the cross-head throughout, and the law gives back the curves it was fitted to.
+        """
+        if self.feed == "process":
+            return step.process_speed
+        closed = step.initial_volume_fraction * (1 / step.old_volume_fraction - 1 / step.volume_fraction)
+        return self.reference_thickness * closed * step.inverse_time_step
+
+    @property
+    def follows_motion(self) -> bool:
+        """With a local speed."""
+        return self.feed == "local"
+
+
+class KellyRate(ClosingSpeedRate):
     """A(v) / A(v_ref), A(v) = R - [alpha1 (v / v_ref)^alpha2 + (R - 1)^-alpha3]^(-1/alpha3), R = sigma_inf / sigma_0.
 
     The paper prints the exponent +1/alpha3, which falls with speed, turns negative and is not 1 at rest; with -1/alpha3
@@ -64,12 +94,6 @@ class KellyRate(RateLaw):
     )
     normalised: Literal["v_ref", "lowest_speed"] = parameter(
         "v_ref", description="A(v) / A(v_ref), or A(v) itself, relative to the stress at the lowest speed, as printed"
-    )
-    feed: Literal["process", "local"] = parameter(
-        "local", description="speed: the closing speed of the fabric at each point, or that of the process, the tool's"
-    )
-    reference_thickness: PositiveLength = parameter(
-        "4 mm", description="thickness of the specimens of the fit: local closing speed = this times -d(lambda_3)/dt"
     )
 
     @model_validator(mode="after")
@@ -97,22 +121,6 @@ class KellyRate(RateLaw):
         """A(v) / A(v_ref), or A(v)."""
         return self.growth(speed) / (self.growth(self.v_ref) if self.normalised == "v_ref" else 1.0)
 
-    def speed(self, step: CompactionStep) -> Expression:
-        """Closing speed in m/s: of the process, or the reference thickness times -d(Vf0 / Vf)/dt.
-
-        Vf0 / Vf is lambda_3, or J where Vf goes by volume. Not its logarithm: a specimen of the reference thickness
-        then closes at the speed of the cross-head throughout, and the law gives back the curves it was fitted to.
-        """
-        if self.feed == "process":
-            return step.process_speed
-        closed = step.initial_volume_fraction * (1 / step.old_volume_fraction - 1 / step.volume_fraction)
-        return self.reference_thickness * closed * step.inverse_time_step
-
-    @property
-    def follows_motion(self) -> bool:
-        """With a local speed."""
-        return self.feed == "local"
-
     def caution(self, conditions: Conditions) -> str | None:
         """The printed exponent makes the stress fall with speed, and negative from a speed on."""
         del conditions
@@ -124,6 +132,44 @@ class KellyRate(RateLaw):
             f"the factor as printed falls with speed and is negative above {6e4 * zero:.3g} mm/min; it is largest in "
             "opening, so that cycles create energy"
         )
+
+
+class RateTable(ClosingSpeedRate):
+    """A measured factor over speed: monotone and continuously differentiable, level beyond the table and at rest.
+
+    A factor of 1 belongs to the speed at which the compaction law was fitted.
+    """
+
+    kind = "table"
+    closing_speed: tuple[PositiveSpeed, ...] = parameter(
+        ("1 mm/min", "2 mm/min", "5 mm/min"), min_length=2, description="closing speeds, ascending"
+    )
+    factors: tuple[PositiveFactor, ...] = parameter(
+        (0.6632, 1.0, 1.8404), min_length=2, description="factor at each, ascending (the default: Eq. 4 at its speeds)"
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        ascending(self, ("closing_speed", "factors"))
+        return self
+
+    def with_constants(self, constants: Constants) -> Self:
+        """Copy with constants, but the table itself: its numbers are compiled into the forms."""
+        table = {"closing_speed": self.closing_speed, "factors": self.factors}
+        return super().with_constants(constants).model_copy(update=table)
+
+    def factor(self, speed: Expression) -> Expression:
+        """Interpolated factor."""
+        return MonotoneCubic.through(self.closing_speed, self.factors, "level")(speed)
+
+    def caution(self, conditions: Conditions) -> str | None:
+        """Speeds of the process at which nothing was measured."""
+        low, high = self.closing_speed[0], self.closing_speed[-1]
+        beyond = [speed for speed in conditions.closing_speeds if speed > 0 and not low <= speed <= high]
+        if self.feed != "process" or not beyond:
+            return None
+        measured = f"{6e4 * low:.3g} to {6e4 * high:.3g} mm/min"
+        return f"a tool moves at {6e4 * beyond[0]:.3g} mm/min, and the table is level beyond {measured}"
 
 
 class NoRate(RateLaw):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ufl
-
 from ncf_fenicsx.kinds import Settings, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import CompactionStep, StatefulLaw
+from ncf_fenicsx.laws.law import CompactionStep, StatefulLaw, tanh
 from ncf_fenicsx.units import PositiveTime
 
 
@@ -14,6 +12,10 @@ class RelaxationLaw(StatefulLaw):
     """Pressure that decays in time, on top of the others."""
 
     family = "relaxation"
+
+
+DECADES = tuple({"share": 0.05, "time": f"{time} s"} for time in (1, 10, 100, 1000))
+"""One branch a decade, all alike: in a hold the pressure falls by about as much in each decade of time."""
 
 
 class Branch(Settings):
@@ -33,7 +35,9 @@ class Maxwell(RelaxationLaw):
     """
 
     kind = "maxwell"
-    branches: tuple[Branch, ...] = parameter(({},), min_length=1, description="branches")
+    branches: tuple[Branch, ...] = parameter(
+        DECADES, min_length=1, description="branches; one a decade for the creep of fabric, along a logarithm of time"
+    )
 
     def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:
         """No stress to relax at the start."""
@@ -47,7 +51,7 @@ class Maxwell(RelaxationLaw):
         for number, branch in enumerate(self.branches):
             name = f"relaxing_pressure_{number + 1}"
             h = step.time_step / branch.time
-            half = ufl.tanh(h / 2)  # in place of exp: exact also where h is too small to tell 1 - exp(-h) from 0
+            half = tanh(h / 2)  # in place of exp: exact also where h is too small to tell 1 - exp(-h) from 0
             states[name] = (1 - half) / (1 + half) * old[name] + 2 * half / ((1 + half) * h) * gain
         return states
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
+from typing import Annotated, Self
 
 import ufl
+from pydantic import Field, model_validator
 
-from ncf_fenicsx.kinds import parameter
+from ncf_fenicsx.kinds import Constants, parameter
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Law, number
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
 from ncf_fenicsx.units import PositiveStress
+
+LEAST_SLIDE = 1e-10
+"""Slide that the size of a slide is rounded off with: the size itself has no derivative where there is none."""
+Angle = Annotated[float, Field(gt=0, lt=90)]
 
 
 class ShearLaw(Law):
@@ -53,3 +61,57 @@ class GrowingShear(ConstantShear):
         """W in J/m3."""
         growth = (kinematics.volume_fraction / kinematics.initial_volume_fraction) ** self.exponent
         return growth * super().energy(kinematics)
+
+
+class ShearTable(ShearLaw):
+    """W = integral of tau(slide) from 0 to sqrt(C_13^2 + C_23^2), tau a measured table: shear that softens.
+
+    tau is the stress per reference area in simple shear, and the slide the tangent of its angle. The curve is
+    monotone and continuously differentiable, straight beyond its end, and its slope at rest is that to the first entry.
+    """
+
+    kind = "table"
+    angle: tuple[Angle, ...] = parameter(
+        (0.023, 0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0),
+        min_length=1,
+        description="angles of simple shear in degrees, ascending from above 0",
+    )
+    stress: tuple[PositiveStress, ...] = parameter(
+        (
+            "3.7 kPa",
+            "10.3 kPa",
+            "16.9 kPa",
+            "23.4 kPa",
+            "31.9 kPa",
+            "42.6 kPa",
+            "50.1 kPa",
+            "59.0 kPa",
+            "61.9 kPa",
+        ),
+        min_length=1,
+        description="shear stress at each, ascending (Broberg et al. 2024: a preform of 18 plies with binder)",
+    )
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        ascending(self, ("angle", "stress"))
+        return self
+
+    def with_constants(self, constants: Constants) -> Self:
+        """The table itself: its numbers are compiled into the forms."""
+        del constants
+        return self
+
+    @property
+    def _curve(self) -> MonotoneCubic:
+        return MonotoneCubic.from_origin(tuple(math.tan(math.radians(angle)) for angle in self.angle), self.stress)
+
+    def shear_stress(self, slide: Expression) -> Expression:
+        """Stress tau in Pa over the tangent of the angle."""
+        return self._curve(slide)
+
+    def energy(self, kinematics: Kinematics) -> Expression:
+        """W in J/m3."""
+        shear = kinematics.transverse_shear
+        slide = (ufl.dot(shear, shear) + LEAST_SLIDE**2) ** 0.5
+        return self._curve.integral(slide)

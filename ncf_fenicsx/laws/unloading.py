@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import ufl
-
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw
+from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw, larger, smaller
+from ncf_fenicsx.units import PositiveStress
 
 TINY = 1e-12
 
@@ -43,13 +42,35 @@ class PermanentSet(UnloadingLaw):
 
     def updated_states(self, step: CompactionStep, old: dict[str, Expression]) -> dict[str, Expression]:
         """Vf_max at the end of the step."""
-        return {"largest_volume_fraction": ufl.max_value(step.volume_fraction, old["largest_volume_fraction"])}
+        return {"largest_volume_fraction": larger(step.volume_fraction, old["largest_volume_fraction"])}
+
+    def share(self, step: CompactionStep, largest_volume_fraction: Expression) -> Expression:
+        """c: share of the largest gain of Vf that stays."""
+        del step, largest_volume_fraction
+        return self.set_share
 
     def pressure(self, step: CompactionStep, old: dict[str, Expression]) -> Expression:
         """Pressure in Pa."""
-        vf = step.volume_fraction
-        gain = self.updated_states(step, old)["largest_volume_fraction"] - step.initial_volume_fraction
-        past_set = vf - step.initial_volume_fraction - self.set_share * gain
-        u = past_set / ufl.max_value((1 - self.set_share) * gain, TINY)
-        u = ufl.max_value(ufl.min_value(u, 1.0), 0.0)
-        return step.loading(vf - self.set_share * gain * (1 - u**self.exponent))
+        vf, largest = step.volume_fraction, self.updated_states(step, old)["largest_volume_fraction"]
+        gain, share = largest - step.initial_volume_fraction, self.share(step, largest)
+        past_set = vf - step.initial_volume_fraction - share * gain
+        u = past_set / larger((1 - share) * gain, TINY)
+        u = larger(smaller(u, 1.0), 0.0)
+        return step.loading(vf - share * gain * (1 - u**self.exponent))
+
+
+class PressureSet(PermanentSet):
+    """The same, with a share that grows with the largest pressure p_max of loading: 1 - (1 - c)^((p_max / p_ref)^k).
+
+    It is c at p_ref, about c (p_max / p_ref)^k below, and never reaches 1. A larger share gives back less work, so that
+    this creates no energy either.
+    """
+
+    kind = "pressure_set"
+    pressure_exponent: float = parameter(0.5, gt=0, description="k: how the share grows with the largest pressure")
+    reference_pressure: PositiveStress = parameter("10 kPa", description="p_ref: largest pressure at which it is c")
+
+    def share(self, step: CompactionStep, largest_volume_fraction: Expression) -> Expression:
+        """Share c at the largest pressure so far."""
+        ratio = larger(step.loading(largest_volume_fraction) / self.reference_pressure, TINY)
+        return 1 - (1 - self.set_share) ** (ratio**self.pressure_exponent)

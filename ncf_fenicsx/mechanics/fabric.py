@@ -8,6 +8,7 @@ from typing import Any
 
 import ufl
 
+from ncf_fenicsx.laws.bending import MomentTable
 from ncf_fenicsx.laws.in_plane import InPlaneLaw
 from ncf_fenicsx.laws.kinematics import Expression, ExtrapolatedKinematics, Kinematics, deformation_gradient, in_plane
 from ncf_fenicsx.laws.law import CompactionStep
@@ -16,6 +17,8 @@ from ncf_fenicsx.scene.laws import Laws
 
 SHARE_AT_ALL_POINTS = 0.05
 """Of the transverse shear of layers that bend: 0.05 leaves a twentieth of the locking, and no motion without energy."""
+LEAST_MEMBRANE = 1e-3
+"""The same of the membrane, where bending has no modulus that all points could have: fibres are stiffer by far more."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +28,14 @@ class Fabric(Material):
     Attributes:
         laws: with constants for their parameters.
         initial_volume_fraction: Vf0.
+        thickness: of a layer in m.
         clock: what a step tells the laws.
         states: fields of the states at the start of a step, by name; Vf is always among them.
     """
 
     laws: Laws
     initial_volume_fraction: Expression
+    thickness: Expression
     clock: Clock
     states: dict[str, Any] = field(default_factory=dict)
 
@@ -97,7 +102,13 @@ class Fabric(Material):
         compaction = -self.pressure(kinematics) * stretch_change * volumes.all
         shear = ufl.derivative(self._shear_energy(kinematics, volumes), displacement, variation)
         change = in_plane(ufl.sym(kinematics.deformation_gradient.T * ufl.grad(variation)))
-        return self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes) + compaction + shear
+        fibres = self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes)
+        work = fibres + compaction + shear
+        if isinstance(self.laws.bending, MomentTable):
+            bent = ufl.derivative(kinematics.curvature, displacement, variation)
+            per_area = ufl.inner(self.laws.bending.moments(kinematics), bent)
+            work += per_area / self.thickness * volumes.mid_plane
+        return work
 
     def extrapolated_tangent(
         self, displacement: Any, last_iterate: Any, variation: Any, increment: Any, volumes: Volumes
@@ -121,8 +132,11 @@ class Fabric(Material):
         fibres, bending = density(self.laws.in_plane), self.laws.bending
         if bending is None:
             return fibres * volumes.all
+        if not isinstance(bending, InPlaneLaw):
+            at_all = LEAST_MEMBRANE * fibres * volumes.mid_plane
+            return at_all + (1 - LEAST_MEMBRANE) * fibres * volumes.reduced_mid_plane
         varying = density(bending)
-        return (fibres - varying) * volumes.mid_plane + varying * volumes.all
+        return (fibres - varying) * volumes.reduced_mid_plane + varying * volumes.all
 
     def _shear_energy(self, kinematics: Kinematics, volumes: Volumes) -> ufl.Form:
         """Energy (J) of transverse shear.

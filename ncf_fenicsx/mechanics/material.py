@@ -52,14 +52,15 @@ class Volumes:
 
     Attributes:
         all: over the whole volume.
-        mid_plane: over the mid-planes of the elements, each standing for its element's thickness, by points so few
-            that neither a change of volume nor a membrane that is stiff looked at there locks.
-        reduced: over the whole volume, by as few points in the plane of a layer.
+        mid_plane: over the mid-planes of the elements, each standing for its element's thickness.
+        reduced: over the whole volume, by so few points in the plane of a layer that no element locks in bending.
+        reduced_mid_plane: over the mid-planes by as few: neither a change of volume nor a stiff membrane locks there.
     """
 
     all: Any
     mid_plane: Any
     reduced: Any
+    reduced_mid_plane: Any
 
     @classmethod
     def on(cls, mesh: Any, element: Element) -> Volumes:
@@ -68,7 +69,7 @@ class Volumes:
         def measure(points: Floats, weights: Floats) -> Any:
             return ufl.Measure("dx", domain=mesh, metadata=compat.rule_metadata(points, weights, 2 * element.order))
 
-        rules = element.volume_rule, element.mid_plane_rule, element.reduced_rule
+        rules = element.volume_rule, element.mid_plane_rule, element.reduced_rule, element.reduced_mid_plane_rule
         return cls(*(measure(*rule) for rule in rules))
 
 
@@ -120,7 +121,7 @@ class Solid(Material):
 
     def _dilatation(self, volumes: Volumes) -> Any:
         """Measure of the energy of a change of volume."""
-        return volumes.all if self.law.volume_integration == "full" else volumes.mid_plane
+        return volumes.all if self.law.volume_integration == "full" else volumes.reduced_mid_plane
 
     def normal_stress(self, kinematics: Kinematics) -> Expression:
         """That of the energy in Pa, at one point: near incompressibility it swings within an element."""

@@ -86,7 +86,8 @@ class Problem:
             return Solid(laws.solid.with_constants(constants)), {}
         initial = self.scene.stack.initial_volume_fraction
         functions = functions_at_points(self.mesh, element, laws.initial_states(initial))
-        fabric = Fabric(laws.with_constants(constants), constants(initial), self.clock, functions)
+        thickness = constants(self.scene.stack.thickness)
+        fabric = Fabric(laws.with_constants(constants), constants(initial), thickness, self.clock, functions)
         return fabric, fields_at_points(name, functions, fabric.updated_states(self.displacement))
 
     def _at_faces(self) -> tuple[dict[str, StateField], Expression]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.scene import Scene
 
-NORMAL_AXIS = {"x_min": 0, "x_max": 0, "y_min": 1, "y_max": 1}
+NORMAL_AXIS = {"x_min": 0, "x_max": 0, "y_min": 1, "y_max": 1, "bottom": 2}
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ class Supports:
 
 
 def support(space: Any, stack: StackMesh, scene: Scene) -> Supports:
-    """Without a mould the bottom slides on a rigid plane; fixed sides do not move; symmetry planes are not crossed."""
-    held = [("bottom", 2)] if scene.mould is None else []
+    """The bottom slides on a rigid plane, if on no mould; fixed sides do not move; symmetry planes are not crossed."""
+    held = []
     for name, side in scene.stack.sides:
-        if side != "free":
+        if side != "free" and not (name == "bottom" and scene.mould is not None):
             held += [(name, axis) for axis in range(3) if side == "fixed" or axis == NORMAL_AXIS[name]]
     conditions = [_condition(space, stack.facets(name), axis) for name, axis in held]
     dofs = np.unique(np.concatenate([condition.dof_indices()[0] for condition in conditions]))

@@ -86,18 +86,22 @@ class Element:
 
     @cached_property
     def mid_plane_rule(self) -> tuple[Floats, Floats]:
-        """Points (points, 3) and weights on the mid-plane, which stands for the element's thickness: order^2 of them.
+        """Points (points, 3) and weights on the mid-plane, which stands for the element's thickness."""
+        return _on_mid_plane(*self._plane_rule)
+
+    @cached_property
+    def reduced_mid_plane_rule(self) -> tuple[Floats, Floats]:
+        """Points (points, 3) and weights on the mid-plane, order^2 of them.
 
         As many points as in `volume_rule` would set more conditions on a volume that hardly changes, or a membrane that
         hardly stretches, than an element has nodes of its own, and it would lock. These are an order lower in each
         direction (Malkus and Hughes 1978).
         """
-        plane, weights = self._reduced_plane_rule
-        return np.column_stack([plane, np.full(len(plane), 0.5)]), weights
+        return _on_mid_plane(*self._reduced_plane_rule)
 
     @cached_property
     def reduced_rule(self) -> tuple[Floats, Floats]:
-        """Points (points, 3) and weights: two through the layer, in its plane those of `mid_plane_rule`."""
+        """Points (points, 3) and weights: two through the layer, in its plane those of `reduced_mid_plane_rule`."""
         return _through_layer(*self._reduced_plane_rule)
 
     @property
@@ -128,6 +132,11 @@ class Element:
         span = np.eye(27)[np.arange(27) % 3 < 2]
         maps, space = basix.MapType.identity, basix.SobolevSpace.L2 if discontinuous else basix.SobolevSpace.H1
         return basix.ufl.custom_element(CELL, [], span, points, values, 0, maps, space, discontinuous, 1, 2)
+
+
+def _on_mid_plane(plane: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Points (points, 3) and weights of a rule in the plane of a layer, half-way through it."""
+    return np.column_stack([plane, np.full(len(plane), 0.5)]), weights
 
 
 def _through_layer(plane: Floats, weights: Floats) -> tuple[Floats, Floats]:

@@ -16,6 +16,7 @@ from ncf_fenicsx.errors import SceneError, one_line
 from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.laws.law import Conditions, real
 from ncf_fenicsx.laws.solid import POINT_PRESSURE_HOLDS_TO
+from ncf_fenicsx.scene.fabric_file import with_fabric
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
 from ncf_fenicsx.scene.scene_file import apply_override, read_table
@@ -64,6 +65,12 @@ class Scene(Settings):
         if len(self.interface) not in (1, self.stack.layers - 1):
             expected = f"expected one table, or one for each of {self.stack.layers - 1} interfaces"
             raise impossible("interface", f"{len(self.interface)} tables", expected)
+        return self
+
+    @model_validator(mode="after")
+    def _bottom_is_free_or_on_a_mould(self) -> Self:
+        if self.mould is not None and self.stack.sides.bottom == "free":
+            raise impossible("stack.sides.bottom", "free", 'expected "plane" with a mould, which takes its place')
         return self
 
     @model_validator(mode="after")
@@ -204,15 +211,19 @@ class Scene(Settings):
         """Scene from a TOML file.
 
         Args:
-            path: the file; a mesh it names is looked for beside it.
+            path: the file; a mesh and a fabric that it names are looked for beside it.
             overrides: ``key.of.table=value`` texts that replace what the file says.
 
         Raises:
             SceneError: the file cannot be read or is no valid scene.
         """
         path = Path(path)
-        data = read_table(path)
-        for text in overrides:
+        data, changes = read_table(path), list(overrides)
+        for text in changes:
+            if text.partition("=")[0].strip() == "fabric":
+                apply_override(data, text)
+        data = with_fabric(data, path)
+        for text in (text for text in changes if text.partition("=")[0].strip() != "fabric"):
             apply_override(data, text)
         scene = cls.from_table(data, source=str(path))
         return scene if scene.stack.mesh is None else scene.with_mesh_beside(path)
@@ -224,6 +235,7 @@ class Scene(Settings):
         Raises:
             SceneError: a key or value is not valid.
         """
+        data = with_fabric(data, Path(source))
         try:
             scene = cls.model_validate(data)
         except ValidationError as error:

@@ -12,6 +12,7 @@ from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength, Thi
 GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
 Order = Literal[1, 2]
 Side = Literal["free", "fixed", "symmetry"]
+Bottom = Literal["plane", "free"]
 Grading = Annotated[float, Field(ge=0, lt=1)]
 
 
@@ -19,12 +20,16 @@ Divisions = tuple[PositiveInt, PositiveInt]
 
 
 class Sides(Settings):
-    """How each lateral side of the modelled stack is held; at a symmetry plane the scene stands for its mirror too."""
+    """How each side of the modelled stack is held; at a symmetry plane the scene stands for its mirror too."""
 
     x_min: Side = parameter("symmetry", description="side at the lowest x")
     x_max: Side = parameter("free", description="side at the highest x")
     y_min: Side = parameter("symmetry", description="side at the lowest y")
     y_max: Side = parameter("free", description="side at the highest y")
+    bottom: Bottom = parameter(
+        "plane",
+        description="bottom: on a rigid plane that holds it down (or on a mould), or free, to hang over an edge",
+    )
 
     @model_validator(mode="after")
     def _cannot_slide_away(self) -> Self:
@@ -34,6 +39,8 @@ class Sides(Settings):
             raise ValueError(
                 "nothing keeps the layers from sliding away; expected a fixed side, or a symmetry plane in x and in y"
             )
+        if self.bottom == "free" and "fixed" not in held_x | held_y:
+            raise ValueError("nothing keeps the layers from falling; expected a fixed side with bottom = 'free'")
         return self
 
     @property

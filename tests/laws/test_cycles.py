@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from laws_by_number import EXPONENTIAL, SET, TWO, VF0, loading, march, rows
+from laws_by_number import EXPONENTIAL, SET, TWO, VF0, law, loading, march, rows
 from scipy.integrate import quad
 
 from ncf_fenicsx import Scene, SceneError
@@ -30,6 +30,8 @@ LOCAL = KellyRate(feed="local")
 CASES = {
     "rate factor": ([], LOCAL),
     "unloading": ([SET], None),
+    "set by pressure": ([law("unloading", "pressure_set", set_share=0.6, exponent=3.0)], None),
+    "rate table": ([], law("rate", "table")),
     "relaxation": ([TWO], None),
     "both with the rate factor": ([SET, TWO], LOCAL),
 }

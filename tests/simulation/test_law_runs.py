@@ -59,8 +59,9 @@ RELAXATION = {"branches": [{"share": 0.3, "time": "2 s"}, {"share": 0.2, "time":
         {"rate": LOCAL, "relaxation": RELAXATION, "unloading": {"set_share": 0.7}},
         {"rate": LOCAL | {"exponent": "as_printed", "reference_thickness": "1 mm"}, "compaction": {"kind": "gutowski"}},
         {"rate": {"kind": "none"}, "compaction": {"kind": "table"}, "unloading": {}},
+        {"rate": {"kind": "table"}, "unloading": {"kind": "pressure_set"}, "relaxation": {}},
     ],
-    ids=["rate", "relaxation", "unloading", "all", "printed rate", "table"],
+    ids=["rate", "relaxation", "unloading", "all", "printed rate", "table", "tables and decades"],
 )
 def test_a_cycle_under_a_plate_follows_the_laws_step_by_step(laws, folder):
     """Press, hold, lift, press harder, lift off: the force is the laws' own at the Vf and times of the run."""

@@ -1,0 +1,1 @@
+"""From the files of testing machines to the parameters of laws."""
