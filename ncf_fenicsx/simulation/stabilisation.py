@@ -16,6 +16,8 @@ SHARE = 5e-5
 TROUBLE, PLAIN_TROUBLE, DEEP_TROUBLE = 0.2, 0.01, 1e-3
 """Shares of the first step of a piece of the path: where smaller ones fail, the viscosity comes if stability has been
 lost, comes if not (contact and friction have troubles of their own), and grows."""
+UNTOLD_TROUBLE, UNTOLD_DEEP_TROUBLE = 0.03, 0.005
+"""Those where the tangent is not symmetric, as with friction: no pivots tell of a loss of stability then."""
 RAISE, LOWER = 4.0, 0.7
 LEAST = 1e-3
 """Share of the first viscosity below which there is none."""
@@ -29,11 +31,13 @@ class Stabilisation:
         first: the viscosity that comes first, in Pa s/m2; 0 to have none come.
         value: the present one in Pa s/m2.
         stability_lost: whether the run has lost stability.
+        told: whether a loss of stability would be told.
     """
 
     first: float
     value: float = 0.0
     stability_lost: bool = False
+    told: bool = True
 
     @classmethod
     def of_scene(cls, scene: Scene) -> Stabilisation:
@@ -41,12 +45,11 @@ class Stabilisation:
         speed = max((segment.speed or 0.0 for segment in scene.segments), default=0.0)
         speed = speed or scene.stack.thickness / scene.milestones[-1]
         first = SHARE * scene.natural_stiffness / speed if scene.solver.may_stabilise else 0.0
-        return cls(first)
+        return cls(first, told=scene.symmetric)
 
-    @staticmethod
-    def in_trouble(share: float) -> bool:
+    def in_trouble(self, share: float) -> bool:
         """Whether a step is such a share of its piece's first one only where steps have failed again and again."""
-        return share < TROUBLE
+        return share < (TROUBLE if self.told else UNTOLD_TROUBLE)
 
     def start(self) -> None:
         """Have it come, if it is not there yet."""
@@ -55,10 +58,16 @@ class Stabilisation:
     def failed(self, share: float) -> None:
         """Raise it after a step failed that was such a share of its piece's first one, if that is in trouble."""
         if not self.value:
-            if share < (TROUBLE if self.stability_lost else PLAIN_TROUBLE):
+            if share < self._comes_below:
                 self.start()
-        elif share < DEEP_TROUBLE:
+        elif share < (DEEP_TROUBLE if self.told else UNTOLD_DEEP_TROUBLE):
             self.value *= RAISE
+
+    @property
+    def _comes_below(self) -> float:
+        if not self.told:
+            return UNTOLD_TROUBLE
+        return TROUBLE if self.stability_lost else PLAIN_TROUBLE
 
     def held(self, share: float) -> None:
         """Lower it after a step held that was such a share of its piece's first one, out of trouble."""

@@ -3,7 +3,16 @@
 import pytest
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.simulation.stabilisation import DEEP_TROUBLE, LOWER, PLAIN_TROUBLE, RAISE, TROUBLE, Stabilisation
+from ncf_fenicsx.simulation.stabilisation import (
+    DEEP_TROUBLE,
+    LOWER,
+    PLAIN_TROUBLE,
+    RAISE,
+    TROUBLE,
+    UNTOLD_DEEP_TROUBLE,
+    UNTOLD_TROUBLE,
+    Stabilisation,
+)
 
 pytestmark = pytest.mark.serial
 
@@ -26,6 +35,14 @@ def test_troubles_without_a_loss_of_stability_get_it_later():
     assert stabilisation.value == 0
     stabilisation.failed(0.99 * PLAIN_TROUBLE)
     assert stabilisation.value == 1e7
+
+
+def test_where_no_pivots_tell_of_stability_each_trouble_is_taken_for_its_loss():
+    stabilisation = Stabilisation(first=1e7, told=False)
+    stabilisation.failed(0.9 * UNTOLD_TROUBLE)
+    assert stabilisation.value == 1e7
+    stabilisation.failed(0.9 * UNTOLD_DEEP_TROUBLE)
+    assert stabilisation.value == RAISE * 1e7
 
 
 def test_it_comes_in_trouble_grows_in_deep_trouble_and_goes_where_steps_hold():
