@@ -29,7 +29,7 @@ def series(values: NDArray[Any]) -> Encoded:
     """
     low, high = float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
     step = (high - low) / LEVELS if high > low else 1.0
-    whole = np.empty(values.shape, np.uint16)
+    whole: NDArray[Any] = np.empty(values.shape, np.uint16)
     for row, of_step in zip(whole, values, strict=True):
         row[:] = np.round((of_step.astype(np.float64) - low) / step)
     whole[1:] -= whole[:-1].copy()

@@ -198,7 +198,8 @@ def _cost(results: Results) -> list[Figure]:
     iterations = f", {int(history['newton_iterations'].sum())} iterations" if "newton_iterations" in history else ""
     cost = f"{row} steps{iterations}"
     if record:
-        cost += f"; {record['unknowns']} unknowns, {record['ranks']} ranks, {record['peak_memory_mb']:.0f} MB"
+        ranks = f"{record['ranks']} rank" + ("s" if record["ranks"] > 1 else "")
+        cost += f"; {record['unknowns']} unknowns, {ranks}, {record['peak_memory_mb']:.0f} MB"
     reached = Figure("Time reached", f"{short(history['time'][row])} s", cost, "time", row)
     return [reached, Figure("Run time", f"{short(history['wall_time'][row])} s", "wall time", "wall_time", row)]
 

@@ -36,9 +36,9 @@ def write_report(folder: Path) -> Path:
         ResultError: the page cannot be written.
     """
     results = Results.read(folder)
-    main = first_screen.screen(results) + _view(1, _fallback(results)) + CURVES
+    main = first_screen.screen(results) + view(1, _fallback(results)) + CURVES
     main += first_screen.explanations() + _history(results) + repeat.section(results)
-    return _write(folder / PAGE, results.scene.title, main, [run_data(results, MOST_BYTES - OWN_BYTES)])
+    return write_page(folder / PAGE, results.scene.title, main, [run_data(results, MOST_BYTES - OWN_BYTES)])
 
 
 def run_data(results: Results, most_bytes: int) -> dict[str, Any]:
@@ -54,7 +54,12 @@ def run_data(results: Results, most_bytes: int) -> dict[str, Any]:
     }
 
 
-def _write(path: Path, title: str, main: str, runs: list[dict[str, Any]]) -> Path:
+def write_page(path: Path, title: str, main: str, runs: list[dict[str, Any]]) -> Path:
+    """Write a page of runs: its HTML, and what its scripts draw of each run (`run_data`).
+
+    Raises:
+        ResultError: it cannot be written.
+    """
     colours = (255 * colormaps["viridis"](np.linspace(0, 1, 256))).round().astype(np.uint8).tobytes()
     main += element("script", base64.b64encode(colours).decode("ascii"), type="text/plain", id="colour-map")
     page = document(title, main + data("runs", runs), ("vendor", "decode", "view", "curve", "profiles", "main"))
@@ -86,7 +91,7 @@ def _fallback(results: Results) -> str:
     return element("div", element("p", "", id="no-view", role="status") + shown, id="fallback")
 
 
-def _view(number: int, fallback: str) -> str:
+def view(number: int, fallback: str) -> str:
     """Canvases of the 3-D view with their controls, and what is shown without it."""
     described = "Deformed stack. Drag or arrow keys turn it, plus and minus zoom, 0 resets, Enter reads its middle."
     canvases = "".join(
@@ -99,13 +104,13 @@ def _view(number: int, fallback: str) -> str:
         for _ in range(number)
     )
     controls = (VIEWER / "controls.html").read_text(encoding="utf-8")
-    view = element("div", element("div", canvases, class_="views") + controls, id="view", hidden="")
-    return element("section", element("h2", "The stack in 3-D") + fallback + view, aria_label="3-D view")
+    drawn = element("div", element("div", canvases, class_="views") + controls, id="view", hidden="")
+    return element("section", element("h2", "The stack in 3-D") + fallback + drawn, aria_label="3-D view")
 
 
 CURVES = (
     '<section aria-label="Curves"><h2>Curves</h2><p class="row"><label>Over <select id="over"></select></label></p>'
-    '<div id="curves"></div></section>'
+    '<div id="curves"></div><p id="flat" class="note"></p></section>'
 )
 
 

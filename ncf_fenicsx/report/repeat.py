@@ -7,9 +7,8 @@ from pathlib import Path
 
 from ncf_fenicsx.report.markup import element, folded, table, text
 from ncf_fenicsx.report.reading import Results
+from ncf_fenicsx.scene.scene_file import WRITTEN
 
-WRITTEN = "scene_as_written.toml"
-"""The scene file as its author wrote it, with the values that a command line replaced as comments on top."""
 HASHED = (WRITTEN, "scene.toml", "history.csv", "run.json")
 
 

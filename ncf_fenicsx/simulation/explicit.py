@@ -15,10 +15,10 @@ from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
-from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
+from ncf_fenicsx.simulation.closing_pictures import draw_closing_pictures
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.run_record import Result, record, untouched
@@ -155,8 +155,8 @@ class ExplicitRun:
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)
         self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, self._more()))
-        if self.scene.output.picture and self.history:
-            on_root(self.comm, lambda: draw_summary(self.results.folder))
+        if self.history:
+            draw_closing_pictures(self.results, self.scene.output, self.progress, self.comm)
 
     def _more(self) -> dict[str, Any]:
         """What the record says of the march."""

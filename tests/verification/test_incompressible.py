@@ -155,7 +155,7 @@ def block(poisson, divisions, through, **solid):
             "width": "infinite",
             "path": [{"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}],
         },
-        "output": {"picture": False, "fields_every": 1000},
+        "output": {"picture": False, "report": False, "fields_every": 1000},
     }
 
 

@@ -20,6 +20,15 @@ function download(name, type, text) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
+function followTheme(redraw) {
+  document.getElementById("theme").onclick = () => {
+    const dark = getComputedStyle(document.documentElement).colorScheme.includes("dark");
+    document.documentElement.dataset.theme = dark ? "light" : "dark";
+    redraw();
+  };
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+}
+
 class Curve {
   /* content: title, x {label, values}, y label, lines [{label, values, dash, join}], logarithmic (both axes). */
   constructor(parent, content) {

@@ -95,5 +95,6 @@ function namedFields(nodes, byCell) {
 function shortNumber(value) {
   if (value === 0 || value === null || !Number.isFinite(value)) return value === 0 ? "0" : "–";
   const size = Math.abs(value);
-  return size >= 1e5 || size < 1e-3 ? value.toExponential(3) : String(Number(value.toPrecision(4)));
+  const rounded = Number(value.toPrecision(4));
+  return size >= 1e6 || size < 1e-4 ? rounded.toExponential() : String(rounded);
 }

@@ -18,12 +18,22 @@ async function decodeRuns() {
 class HistoryCurves {
   constructor(parent, runs) {
     this.runs = runs;
-    this.titles = [...new Set(runs.flatMap((run) => run.curves.map((curve) => curve.title)))];
+    const titles = [...new Set(runs.flatMap((run) => run.curves.map((curve) => curve.title)))];
+    this.titles = titles.filter((title) => runs.some((run) => this.isDrawn(run, title)));
+    const flat = titles.filter((title) => !this.titles.includes(title));
+    $("flat").textContent = flat.length ? `Zero throughout: ${flat.join(", ")}.` : "";
     const known = runs.map((run) => run.abscissae.map((one) => one.column));
     this.abscissae = (runs[0]?.abscissae ?? []).filter((one) => known.every((names) => names.includes(one.column)));
     this.abscissae.forEach((one, number) => make("option", one.label, $("over")).setAttribute("value", number));
     $("over").onchange = () => this.curves.forEach((curve, i) => this.redraw(curve, this.titles[i]));
     this.curves = this.abscissae.length ? this.titles.map((title) => new Curve(parent, this.content(title))) : [];
+  }
+
+  isDrawn(run, title) {
+    const curve = run.curves.find((one) => one.title === title);
+    if (!curve || (curve.table === "snapshots" && !run.model)) return false;
+    const columns = curve.table === "history" ? run.history : run.model.snapshot_columns;
+    return curve.lines.some((line) => columns[line.column].some((value) => value !== 0));
   }
 
   get over() {
@@ -42,7 +52,7 @@ class HistoryCurves {
     let unit = "";
     for (const run of this.runs) {
       const curve = run.curves.find((one) => one.title === title);
-      if (!curve || (curve.table === "snapshots" && !run.model)) continue;
+      if (!this.isDrawn(run, title)) continue;
       unit = curve.unit;
       const columns = curve.table === "history" ? run.history : run.model.snapshot_columns;
       tables.push([this.places(run, curve.table), ...curve.lines.map((line) => scaled(columns[line.column], curve.scale))]);
@@ -288,15 +298,6 @@ function whyNoView(runs) {
   if (runs.every((run) => run.model === null)) return "There are no fields to draw.";
   const context = document.createElement("canvas").getContext("webgl2");
   return context ? "" : "This browser has no WebGL 2, so the stack in 3-D is left out. The picture shows sections of it.";
-}
-
-function followTheme(redraw) {
-  $("theme").onclick = () => {
-    const dark = getComputedStyle(document.documentElement).colorScheme.includes("dark");
-    document.documentElement.dataset.theme = dark ? "light" : "dark";
-    redraw();
-  };
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
 async function start() {

@@ -198,17 +198,34 @@ class View {
         box.max.setComponent(axis, Math.max(...ends, ...ends.map((end) => 2 * at - end)));
       }
     }
-    const radius = box.min.distanceTo(box.max) / 2;
-    const aspect = Math.min(this.camera.aspect, 1);
-    const away = (0.9 * radius) / Math.sin((Math.PI / 360) * this.camera.fov) / aspect;
-    this.camera.near = 0.01 * radius;
-    this.camera.far = 40 * radius;
+    const away = this.direction();
+    const centre = box.getCenter(this.orbit.target);
+    const distance = 1.06 * this.distanceFor(box, away);
+    this.camera.near = 0.01 * distance;
+    this.camera.far = 20 * distance;
     this.camera.updateProjectionMatrix();
-    box.getCenter(this.orbit.target);
-    const direction = new vendor.Vector3(-0.9, -1.3, 0.9).normalize();
-    this.camera.position.copy(this.orbit.target).addScaledVector(direction, away);
+    this.camera.position.copy(centre).addScaledVector(away, distance);
     this.orbit.update();
     this.draw();
+  }
+
+  direction() {
+    return new vendor.Vector3(-0.9, -1.3, 0.9).normalize();
+  }
+
+  /* Distance from the middle of a box at which the camera, away in a direction, sees all its corners. */
+  distanceFor(box, away) {
+    const right = this.camera.up.clone().cross(away).normalize();
+    const up = away.clone().cross(right);
+    const tall = Math.tan((Math.PI / 360) * this.camera.fov);
+    const half = box.max.clone().sub(box.min).multiplyScalar(0.5);
+    let distance = 0;
+    for (const signs of [[1, 1, 1], [1, 1, -1], [1, -1, 1], [1, -1, -1]]) {
+      const corner = new vendor.Vector3(...signs).multiply(half);
+      const [x, y, z] = [right, up, away].map((axis) => Math.abs(corner.dot(axis)));
+      distance = Math.max(distance, z + x / (tall * this.camera.aspect), z + y / tall);
+    }
+    return distance;
   }
 
   resize() {
