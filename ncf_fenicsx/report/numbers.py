@@ -19,6 +19,8 @@ VISCOUS = 0.01
 """Share of the tools' work that viscosity has taken from which on it is a warning."""
 UNBALANCED = 1e-5
 """What is left of the balance of forces, over the largest of them, from which on it is a warning."""
+FLAT = 1e-9
+"""Amplitude in m up to which a face is flat."""
 SIZES = {"radius": "radius", "width": "width", "size": "size"}
 """Keys of tools that a sentence tells."""
 
@@ -160,8 +162,11 @@ def _compaction(results: Results) -> Figure | None:
     history = results.history
     if "vf_max" in history:
         row = int(np.nanargmax(history["vf_max"]))
-        error = f"{_at(results, row)}; the field of Vf is off by an estimated {100 * history['vf_error'][row]:.2g} % "
-        return Figure("Largest Vf", short(history["vf_max"][row]), error + "of its change", "vf_max", row)
+        error = 100 * history["vf_error"][row]
+        words = (
+            f"the field of Vf is off by an estimated {error:.2g} % of its change" if error else "no estimate of error"
+        )
+        return Figure("Largest Vf", short(history["vf_max"][row]), f"{_at(results, row)}; {words}", "vf_max", row)
     found = _largest(results, results.tool_columns("pressure_max"))
     if found is None:
         return None
@@ -187,7 +192,7 @@ def _wrinkle(results: Results) -> Figure | None:
     column, row, value = found
     number = column.rsplit("_", 1)[1]
     wavelength = results.history[f"wrinkle_wavelength_{number}"][row]
-    wave = f"wavelength {short(1e3 * wavelength)} mm" if wavelength else "no wave, one dent"
+    wave = f"wavelength {short(1e3 * wavelength)} mm" if wavelength else "one dent" if value > FLAT else "flat"
     where = f"{_at(results, row)}, top of layer {number}; {wave}"
     return Figure("Highest wrinkle, amplitude", f"{short(1e3 * value)} mm", where, column, row)
 

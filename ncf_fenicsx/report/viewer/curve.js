@@ -27,12 +27,26 @@ function followTheme(redraw) {
     redraw();
   };
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  let chosen;
+  addEventListener("beforeprint", () => {
+    chosen = document.documentElement.dataset.theme;
+    document.documentElement.dataset.theme = "light";
+    document.documentElement.dataset.printing = "true";
+    redraw();
+  });
+  addEventListener("afterprint", () => {
+    if (chosen) document.documentElement.dataset.theme = chosen;
+    else delete document.documentElement.dataset.theme;
+    delete document.documentElement.dataset.printing;
+    redraw();
+  });
 }
 
 class Curve {
   /* content: title, x {label, values}, y label, lines [{label, values, dash, join}], logarithmic (both axes). */
   constructor(parent, content) {
     this.figure = make("figure", "", parent);
+    this.figure.curve = this;
     this.caption = make("figcaption", content.title, this.figure);
     this.plot = make("div", "", this.figure);
     const buttons = make("p", "", this.figure);
@@ -59,6 +73,12 @@ class Curve {
     return cssValue(`--line-${number % 6}`);
   }
 
+  /* On paper three curves stand side by side. */
+  size() {
+    if (document.documentElement.dataset.printing) return { width: 240, height: 165 };
+    return { width: Math.max(this.plot.clientWidth || this.figure.clientWidth, 240), height: 240 };
+  }
+
   data() {
     const { x, lines } = this.content;
     return [x.values, ...lines.map((line) => line.values)].map((values) => Array.from(values));
@@ -79,7 +99,7 @@ class Curve {
       paths: line.join === false ? () => null : undefined,
     });
     const options = {
-      width: Math.max(this.plot.clientWidth || this.figure.clientWidth, 240), height: 240,
+      ...this.size(),
       scales: { x: { time: false, ...scale }, y: scale },
       axes: [{ ...text, ...rule, label: x.label, values }, { ...text, ...rule, label: y, size: 58, values }],
       series: [{ label: x.label, value }, ...lines.map(named)],

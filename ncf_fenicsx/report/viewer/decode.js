@@ -86,7 +86,8 @@ function namedFields(nodes, byCell) {
   found.push(...Object.entries(nodes).map(([name, series]) => field(name, series, false)));
   const parts = ["x", "y", "z"].map((axis) => nodes[`displacement_${axis}`]);
   const at = (step, place) => 1e3 * Math.hypot(...parts.map((part) => valueOf(part, step, place)));
-  found.push({ ...field("displacement", parts[0], false), at });
+  const rounding = 1e3 * Math.hypot(...parts.map((part) => part.step / 2));
+  found.push({ ...field("displacement", parts[0], false), at, rounding });
   const order = Object.keys(LABELS);
   found.sort((a, b) => order.indexOf(a.name) - order.indexOf(b.name));
   return new Map(found.map((one) => [one.name, one]));

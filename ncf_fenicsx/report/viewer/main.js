@@ -99,7 +99,7 @@ class Views {
     this.paintBar(colours);
     this.longest = this.runs.map((run) => run.model).reduce((a, b) => (b.times.length > a.times.length ? b : a));
     this.state = { step: this.longest.times.length - 1, scale: 1, apart: 0 };
-    this.size = Math.max(...this.longest.points) || 1;
+    this.size = Math.max(...[0, 1].map((axis) => this.views[0].extent(axis)).map(([low, high]) => high - low));
     this.setUpControls();
     this.views.forEach((view, i) => this.listen(view, this.frames[i], i));
   }
@@ -176,7 +176,9 @@ class Views {
     const { field: shown } = view.shown;
     const where = found && (shown.ofCells ? `cell ${found.cell}` : `node ${found.node}`);
     const unit = shown.unit ? ` ${shown.unit}` : "";
-    frame.querySelector(".read").textContent = found
+    const read = frame.querySelector(".read");
+    read.dataset.value = found ? found.value : "";
+    read.textContent = found
       ? `${shown.label} ${shortNumber(found.value)}${unit}, layer ${found.layer}, ${where}`
       : "";
   }

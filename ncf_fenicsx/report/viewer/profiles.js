@@ -12,8 +12,8 @@ function columnAt(view, place) {
     if (!(found.get(level)?.distance <= distance)) found.set(level, { cell, distance, z });
   }
   const nearest = Math.min(...[...found.values()].map((one) => one.distance));
-  const size = Math.max(...view.model.points.slice(0, 3).map(Math.abs), 1e-3);
-  const near = [...found.values()].filter((one) => one.distance <= nearest + 1e-3 * size);
+  const [low, high] = view.extent(0);
+  const near = [...found.values()].filter((one) => one.distance <= nearest + 1e-3 * (high - low));
   return near.sort((a, b) => a.z - b.z);
 }
 

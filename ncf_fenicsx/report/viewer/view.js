@@ -59,23 +59,29 @@ class View {
 
   /* Keeps the cells whose undeformed centre lies at a share of the extent along an axis, or beyond; all for null. */
   cutAt(axis, share) {
-    const { cells, points } = this.model;
-    const count = cells.length / 8;
+    const count = this.model.cells.length / 8;
     const kept = new Uint8Array(count).fill(1);
     let place = null;
     if (axis !== null) {
-      let low = Infinity;
-      let high = -Infinity;
-      for (let i = axis; i < points.length; i += 3) {
-        low = Math.min(low, points[i]);
-        high = Math.max(high, points[i]);
-      }
+      const [low, high] = this.extent(axis);
       place = low + share * (high - low);
       for (let cell = 0; cell < count; cell++) kept[cell] = this.centre(cell, axis) >= place ? 1 : 0;
       if (!kept.includes(1)) kept.fill(1);
     }
     this.build(kept);
     return place;
+  }
+
+  /* Least and largest undeformed coordinate along an axis in m. */
+  extent(axis) {
+    const { points } = this.model;
+    let low = Infinity;
+    let high = -Infinity;
+    for (let i = axis; i < points.length; i += 3) {
+      low = Math.min(low, points[i]);
+      high = Math.max(high, points[i]);
+    }
+    return [low, high];
   }
 
   centre(cell, axis) {
@@ -200,7 +206,7 @@ class View {
     }
     const away = this.direction();
     const centre = box.getCenter(this.orbit.target);
-    const distance = 1.06 * this.distanceFor(box, away);
+    const distance = 1.12 * this.distanceFor(box, away);
     this.camera.near = 0.01 * distance;
     this.camera.far = 20 * distance;
     this.camera.updateProjectionMatrix();
@@ -237,10 +243,11 @@ class View {
     this.draw();
   }
 
+  /* Drawn at once, for print does not wait for the next frame. */
   theme(background, ink) {
     this.scene.background = new vendor.Color(background);
     this.ink.color = new vendor.Color(ink);
-    this.draw();
+    this.render();
   }
 
   turn(sideways, upwards) {
@@ -276,6 +283,7 @@ class View {
   }
 
   render() {
+    cancelAnimationFrame(this.pending);
     this.pending = 0;
     this.lamp.position.copy(this.camera.position);
     this.renderer.render(this.scene, this.camera);
