@@ -49,9 +49,10 @@ def _names(folders: Sequence[Path]) -> list[str]:
 def _overview(runs: list[Results], names: list[str]) -> str:
     """Sentence, ending and numbers of each run."""
     found = [{figure.name: figure.value for figure in figures(results)} for results in runs]
-    rows = [["case", *(sentence(results) for results in runs)], ["ending", *(ending(results) for results in runs)]]
+    rows = [["ending", *(ending(results) for results in runs)]]
     titles = list(dict.fromkeys(name for one in found for name in one))
     rows += [[title, *(one.get(title, ABSENT) for one in found)] for title in titles]
+    rows.append(["case", *(sentence(results) for results in runs)])
     return table("The numbers that matter", ("", *names), rows)
 
 

@@ -22,15 +22,22 @@ def element(tag: str, inner: str, **attributes: object) -> str:
     return f"<{tag}{given}>{inner}</{tag}>"
 
 
-def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table of text whose first column names its rows."""
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[object]], wide: bool = False) -> str:
+    """A table of text whose first column names its rows; a wide one scrolls in place of breaking its lines."""
     top = "".join(element("th", text(name), scope="col") for name in head)
     body = "".join(
         element("tr", element("th", text(first), scope="row") + "".join(element("td", text(cell)) for cell in rest))
         for first, *rest in rows
     )
     inner = element("caption", text(caption)) + element("thead", element("tr", top)) + element("tbody", body)
-    return element("div", element("table", inner), class_="scroll", tabindex=0, role="region", aria_label=caption)
+    return element(
+        "div",
+        element("table", inner),
+        class_="scroll wide" if wide else "scroll",
+        tabindex=0,
+        role="region",
+        aria_label=caption,
+    )
 
 
 def folded(title: str, inner: str) -> str:

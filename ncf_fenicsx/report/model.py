@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.report import encoding
 from ncf_fenicsx.report.reading import Results
-from ncf_fenicsx.report.surfaces import Layers, lines_under, mirrors, neighbours, rigid_surfaces
+from ncf_fenicsx.report.surfaces import Integers, Layers, lines_under, mirrors, neighbours, rigid_surfaces
 
+LEAST_PRESSURE = 1e-3
+"""Pressure over the largest one from which on a place is drawn as pressed."""
+BESIDE = 4
+"""Nodes that are drawn beside the pressed part of a line."""
 MOST_VALUES = 40_000_000
 """Values of fields that are read at most: more would take more memory than small runs do."""
 
@@ -96,8 +100,22 @@ def _lines(results: Results, layers: Layers, surfaces: list[dict[str, Any]]) -> 
         face = faces[one["name"] == "mould"]
         for axis, line in lines_under(layers, face, one["path"][-1]):
             title = f"Pressure along {axis}, {one['name']}"
+            line = pressed(line, layers.nodes["contact_pressure"][:, line])
             found.append({"title": title, "axis": "xy".index(axis), "nodes": line.tolist()})
     return found
+
+
+def pressed(line: Integers, pressure: NDArray[np.float32]) -> Integers:
+    """Part of a line that is ever pressed, with some nodes beside it; all of it where nothing is.
+
+    Args:
+        line: its nodes.
+        pressure: at them, shape (steps, nodes of the line).
+    """
+    touched = np.flatnonzero(pressure.max(axis=0) > LEAST_PRESSURE * pressure.max(initial=0.0))
+    if not len(touched):
+        return line
+    return line[max(touched[0] - BESIDE, 0) : touched[-1] + BESIDE + 1]
 
 
 def _snapshot_columns(layers: Layers) -> dict[str, list[float]]:

@@ -123,5 +123,5 @@ def _history(results: Results) -> str:
     cells = [[f"{results.history[name][row]:.6g}" for name in names] for row in rows]
     shown = "all rows" if len(rows) == results.rows else f"{len(rows)} of {results.rows} rows"
     caption = f"history.csv, {shown}, in SI units"
-    inner = folded("The curves as a table", table(caption, names, cells))
+    inner = folded("The curves as a table", table(caption, names, cells, wide=True))
     return element("section", inner, aria_label="History", class_="screen-only")

@@ -17,8 +17,10 @@ from ncf_fenicsx.scene import Scene
 
 
 def read_history(path: Path) -> Any:
-    """Columns of a ``history.csv`` by name, each a vector."""
-    return np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True))
+    """Columns of a ``history.csv`` by name, each a vector; without a last row that is just being written."""
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    whole = [line for line in lines if line.endswith("\n")]
+    return np.atleast_1d(np.genfromtxt(whole, delimiter=",", names=True))
 
 
 def read_record(folder: Path) -> dict[str, Any]:

@@ -45,9 +45,9 @@ def write_study(folder: Path) -> Path:
         panels = error_panels(rows) if name == ERROR_TIME else stability_panels(rows)
     except (OSError, ValueError, KeyError) as error:
         raise SceneError(f"{folder / name}: cannot be read: {error}; expected the table of a study") from error
-    main = element("section", element("p", WORDS[name]) + '<div id="curves"></div>', aria_label="Panels")
+    main = element("section", element("p", WORDS[name]) + '<div id="curves" class="study"></div>', aria_label="Panels")
     head = list(rows[0]) if rows else []
-    main += element("section", table(name, head, [list(row.values()) for row in rows]), aria_label="Table")
+    main += element("section", table(name, head, [list(row.values()) for row in rows], wide=True), aria_label="Table")
     title = f"{TITLES[name]}: {folder.resolve().name}"
     page = document(title, main + data("panels", panels), ("vendor", "decode", "curve", "study"))
     replace(folder / PAGE, lambda beside: beside.write_text(page, encoding="utf-8"))
@@ -84,7 +84,9 @@ def error_panels(rows: list[Row]) -> list[Panel]:
         methods = dict.fromkeys(method for method, _ in named)
         lines = [_line(name, [point for method, point in named if method == name]) for name in methods]
         lines.append(_line("best front", [(x, y, "") for x, y in front(points)]) | {"front": True})
-        panels.append(_panel(words.capitalize(), "run time in s, without compiling forms", words, lines, True))
+        panels.append(
+            _panel(words[0].upper() + words[1:], "run time in s, without compiling forms", words, lines, True)
+        )
     return panels
 
 

@@ -122,6 +122,13 @@ def test_an_unfinished_folder_has_a_page(copied):
     assert "Not ended" in (copied / "report.html").read_text("utf-8")
 
 
+def test_a_row_that_is_being_written_is_left_out(copied):
+    whole = Results.read(copied).history
+    with (copied / "history.csv").open("a", encoding="utf-8") as file:
+        file.write("12.5,0.1,0.0")
+    assert (Results.read(copied).history["time"] == whole["time"]).all()
+
+
 @pytest.mark.parametrize("rows", [0, 1])
 def test_a_run_that_has_only_begun_has_a_page(copied, rows):
     for name in ("run.json", "fields.pvd"):

@@ -40,6 +40,7 @@ def study(tmp_path):
 def test_a_panel_for_each_error_with_its_front():
     force, vf = error_panels(ROWS)
     assert force["title"] == "Error of the largest force"
+    assert vf["title"] == "Error of the largest Vf"
     assert [line["label"] for line in force["lines"]] == ["mesh", "steps <b>", "best front"]
     front = force["lines"][-1]["points"]
     assert [x for x, _, _ in front] == [1.0, 3.0]  # the error of 0 is drawn, above zero

@@ -199,8 +199,11 @@ def test_profile_under_the_tool_is_the_field(page, results):
     table = np.array(rows[1:], dtype=float)
     top = np.flatnonzero((mesh.points[:, 2] > 3.9e-3) & (mesh.points[:, 1] < 1e-9))
     top = top[np.argsort(mesh.points[top, 0])]
-    assert np.allclose(table[:, 0], 1e3 * mesh.points[top, 0], atol=1e-5)
     exact = 1e-3 * mesh.point_data["contact_pressure"][top]
+    pressed = 1 + np.flatnonzero(exact)[-1]
+    assert pressed < len(table) < len(top)  # as far as there is pressure, and a little more
+    top, exact = top[: len(table)], exact[: len(table)]
+    assert np.allclose(table[:, 0], 1e3 * mesh.points[top, 0], atol=1e-5)
     assert np.allclose(table[:, 1], exact, atol=1e-4 * exact.max())
 
 

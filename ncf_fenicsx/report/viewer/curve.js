@@ -43,7 +43,8 @@ function followTheme(redraw) {
 }
 
 class Curve {
-  /* content: title, x {label, values}, y label, lines [{label, values, dash, join}], logarithmic (both axes). */
+  /* content: title, x {label, values}, y label, logarithmic (both axes), lines [{label, values, and for other than
+     their order has it: colour and pattern (numbers), width, points, front (a best front)}]. */
   constructor(parent, content) {
     this.figure = make("figure", "", parent);
     this.figure.curve = this;
@@ -69,8 +70,13 @@ class Curve {
     return this.content.title.toLowerCase().replace(/[^a-z0-9]+/g, "_");
   }
 
-  colour(number) {
-    return cssValue(`--line-${number % 6}`);
+  colour(line, number) {
+    return line.front ? cssValue("--front") : cssValue(`--line-${(line.colour ?? number) % 6}`);
+  }
+
+  dash(line, number) {
+    if (line.front) return [];
+    return [[], [8, 4], [2, 3], [8, 3, 2, 3], [1, 5], [14, 4]][(line.pattern ?? Math.floor(number / 6)) % 6];
   }
 
   /* On paper three curves stand side by side. */
@@ -93,10 +99,8 @@ class Curve {
     const values = (plot, ticks) => ticks.map((tick) => (tick === null ? "" : shortNumber(tick)));
     const value = (plot, shown) => shortNumber(shown);
     const named = (line, number) => ({
-      label: line.label, value, stroke: this.colour(line.colour ?? number), width: line.width ?? 2,
-      dash: line.dash ?? [[], [6, 3], [2, 3]][Math.floor(number / 6) % 3],
+      label: line.label, value, stroke: this.colour(line, number), width: line.width ?? 2, dash: this.dash(line, number),
       points: { show: (line.points ?? x.values.length < 40), size: 5 }, spanGaps: true,
-      paths: line.join === false ? () => null : undefined,
     });
     const options = {
       ...this.size(),
@@ -178,11 +182,12 @@ class Curve {
     }
     const colours = ["#005cab", "#b35900", "#007a5a", "#8a3f91", "#a3123a", "#5c5c00"];
     lines.forEach((line, number) => {
-      const stroke = colours[number % 6];
+      const stroke = line.front ? "#bbbbbb" : colours[(line.colour ?? number) % 6];
+      const dashes = this.dash(line, number).join(" ");
       const points = Array.from(line.values, (value, i) => [x.values[i], value]).filter((point) => point[1] !== null);
       const places = points.map(([a, b]) => [toX(a), toY(b)]);
-      if (line.join !== false) put("polyline", { points: places.join(" "), fill: "none", stroke, "stroke-width": 2 });
-      if (line.join === false) places.forEach(([cx, cy]) => put("circle", { cx, cy, r: 3, fill: stroke }));
+      const style = { fill: "none", stroke, "stroke-width": line.width ?? 2, "stroke-dasharray": dashes };
+      put("polyline", { points: places.join(" "), ...style });
       put("text", { x: right - 4, y: top + 16 + 15 * number, fill: stroke, "text-anchor": "end" }, line.label);
     });
     return new XMLSerializer().serializeToString(image);

@@ -50,14 +50,15 @@ class HistoryCurves {
     const tables = [];
     const lines = [];
     let unit = "";
-    for (const run of this.runs) {
+    for (const [pattern, run] of this.runs.entries()) {
       const curve = run.curves.find((one) => one.title === title);
       if (!this.isDrawn(run, title)) continue;
       unit = curve.unit;
       const columns = curve.table === "history" ? run.history : run.model.snapshot_columns;
       tables.push([this.places(run, curve.table), ...curve.lines.map((line) => scaled(columns[line.column], curve.scale))]);
       const named = (label) => (run.prefix ? `${run.prefix}: ${label}` : label);
-      lines.push(...curve.lines.map((line) => ({ label: named(line.label) })));
+      const styled = this.runs.length > 1 ? (colour) => ({ colour, pattern }) : () => ({});
+      lines.push(...curve.lines.map((line, number) => ({ label: named(line.label), ...styled(number) })));
     }
     const [x, ...values] = tables.length > 1 ? vendor.uPlot.join(tables) : tables[0];
     lines.forEach((line, i) => Object.assign(line, { values: values[i] }));

@@ -22,7 +22,7 @@ function throughStack(model, column, step, name) {
   return {
     title: `${shown.label} through the stack, at the chosen place`,
     x: { label: "undeformed height in mm", values: column.map((one) => 1e3 * one.z) },
-    y: shown.unit || "1",
+    y: shown.unit,
     lines: [{ label: shown.label, values: column.map((one) => shown.at(step, one.cell)) }],
   };
 }

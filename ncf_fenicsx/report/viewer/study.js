@@ -6,7 +6,7 @@ function panelContent(panel) {
   const lines = panel.lines.map((line) => {
     const known = new Map(line.points.map(([x, y]) => [x, y]));
     const values = places.map((x) => known.get(x) ?? null);
-    return { label: line.label, values, width: line.front ? 6 : 1, points: !line.front, join: line.front };
+    return { label: line.label, values, width: line.front ? 7 : 1.5, points: !line.front, front: line.front };
   });
   return { title: panel.title, x: { label: panel.x, values: places }, y: panel.y, lines, logarithmic: panel.logarithmic };
 }
