@@ -28,10 +28,10 @@ def series(values: NDArray[Any]) -> Encoded:
         ``low`` and ``step`` such that a value is low + step * whole number, the shape, and the numbers as text.
     """
     low, high = float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
-    step = (high - low) / LEVELS if high > low else 1.0
+    step = (high - low) / LEVELS if high > low else 0.0
     whole: NDArray[Any] = np.empty(values.shape, np.uint16)
     for row, of_step in zip(whole, values, strict=True):
-        row[:] = np.round((of_step.astype(np.float64) - low) / step)
+        row[:] = np.round((of_step.astype(np.float64) - low) / (step or 1.0))
     whole[1:] -= whole[:-1].copy()
     return {"low": low, "step": step, "shape": list(values.shape), "data": _packed(whole)}
 

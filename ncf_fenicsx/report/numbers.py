@@ -17,7 +17,7 @@ DEEP = 0.02
 """Penetration over the travel of the tool from which on it is a warning."""
 VISCOUS = 0.01
 """Share of the tools' work that viscosity has taken from which on it is a warning."""
-UNBALANCED = 1e-5
+UNBALANCED = 1e-4
 """What is left of the balance of forces, over the largest of them, from which on it is a warning."""
 FLAT = 1e-9
 """Amplitude in m up to which a face is flat."""
@@ -277,7 +277,8 @@ EXPLAINED = {
     ),
     "about-balance": (
         "Balance of forces",
-        "What supports carry is the weight and the force of the tools. In an explicit run inertia is missing there.",
+        "What supports carry is the weight and the force of the tools. In an explicit run inertia is missing "
+        "there, and in a stabilised one the viscosity.",
     ),
     "about-stability": (
         "Loss of stability",

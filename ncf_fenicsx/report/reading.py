@@ -66,7 +66,7 @@ class Results:
             table = tomllib.loads(scene.read_text(encoding="utf-8"))
             record = read_record(folder) if (folder / "run.json").exists() else {}
             snapshots = read_snapshots(folder) if (folder / "fields.pvd").exists() else []
-            rows = read_history(folder / "history.csv") if (folder / "history.csv").exists() else None
+            rows = read_history(folder / "history.csv") if _has_lines(folder / "history.csv") else None
         except (OSError, ValueError, ElementTree.ParseError) as error:
             raise SceneError(f"{folder}: cannot be read: {error}; expected a results folder") from error
         history = {} if rows is None or rows.dtype.names is None else {name: rows[name] for name in rows.dtype.names}
@@ -86,3 +86,8 @@ class Results:
         """Columns of the history of that name, one for each interface that has it."""
         columns = [f"{name}_{number}" for number in range(1, self.scene.stack.layers)]
         return [column for column in columns if column in self.history]
+
+
+def _has_lines(path: Path) -> bool:
+    """Whether a file is there and has a whole line."""
+    return path.exists() and "\n" in path.read_text(encoding="utf-8")
