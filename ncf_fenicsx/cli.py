@@ -72,7 +72,8 @@ def explicit_command(
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.simulation.explicit import run_explicit
 
-    result = run_explicit(scene, out or Path("results") / f"{file.stem}_explicit", overwrite=overwrite)
+    folder, written = out or Path("results") / f"{file.stem}_explicit", as_written(file, overrides or ())
+    result = run_explicit(scene, folder, overwrite=overwrite, written=written)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
     raise typer.Exit(DONE if result.done else STOPPED)
 

@@ -8,9 +8,10 @@ from typing import Any
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.markup import element, table
-from ncf_fenicsx.report.numbers import ending, figures, sentence
+from ncf_fenicsx.report.numbers import ending, figures
 from ncf_fenicsx.report.page import CURVES, MOST_BYTES, OWN_BYTES, run_data, view, write_page
 from ncf_fenicsx.report.reading import Results
+from ncf_fenicsx.report.sentence import sentence
 
 MOST_RUNS = 6
 """Runs on a page: browsers keep some ten 3-D views alive, and colours tell that many apart."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ncf_fenicsx.report.markup import element, text
-from ncf_fenicsx.report.numbers import EXPLAINED, Figure, ending, figures, sentence, warnings
+from ncf_fenicsx.report.numbers import EXPLAINED, Figure, ending, figures, warnings
 from ncf_fenicsx.report.reading import Results
+from ncf_fenicsx.report.sentence import sentence
 
 
 def screen(results: Results) -> str:

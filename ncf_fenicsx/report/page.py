@@ -24,6 +24,8 @@ OWN_BYTES = 1_200_000
 MOST_ROWS = 200
 """Rows of the table of the history."""
 VIEWER = Path(__file__).parent / "viewer"
+RUN_SCRIPTS = ("vendor", "decode", "geometry", "view", "curve", "profiles", "history", "main")
+"""Files of the viewer that a page of runs needs, in their order."""
 RULES = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """What a browser lets the page do: nothing that leaves it."""
 
@@ -62,7 +64,7 @@ def write_page(path: Path, title: str, main: str, runs: list[dict[str, Any]]) ->
     """
     colours = (255 * colormaps["viridis"](np.linspace(0, 1, 256))).round().astype(np.uint8).tobytes()
     main += element("script", base64.b64encode(colours).decode("ascii"), type="text/plain", id="colour-map")
-    page = document(title, main + data("runs", runs), ("vendor", "decode", "view", "curve", "profiles", "main"))
+    page = document(title, main + data("runs", runs), RUN_SCRIPTS)
     replace(path, lambda beside: beside.write_text(page, encoding="utf-8"))
     return path
 

@@ -11,8 +11,9 @@ from rich.table import Table
 from rich.text import Text
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.report.numbers import ending, short
+from ncf_fenicsx.report.numbers import ending
 from ncf_fenicsx.report.reading import Results
+from ncf_fenicsx.report.sentence import short
 
 LAST = 12
 """Steps that are shown."""

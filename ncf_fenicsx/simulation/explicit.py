@@ -16,6 +16,7 @@ from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene.scene_file import WRITTEN
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.closing_pictures import draw_closing_pictures
@@ -42,7 +43,13 @@ WEIGHING = 0.05
 """Share of the run in which the stack takes on its weight, so that it does not bounce on it."""
 
 
-def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WORLD, overwrite: bool = False) -> Result:
+def run_explicit(
+    scene: Scene,
+    folder: str | Path,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    overwrite: bool = False,
+    written: str | None = None,
+) -> Result:
     """March a scene by central differences on all ranks of ``comm`` and write its results.
 
     The stack takes on its weight while the run begins, and a run is called done only if it was quasi-static.
@@ -52,6 +59,7 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
         folder: for results; made if it does not exist.
         comm: ranks that share the work.
         overwrite: whether results in the folder may be replaced.
+        written: text that the scene was read from, to be kept with the results.
 
     Raises:
         SceneError: the scene cannot be marched, or the folder cannot be used; nothing has been written then.
@@ -65,7 +73,10 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
     settings = scene.explicit or Explicit()
     bare = scene.model_copy(update={"solver": solver, "explicit": settings})
     with Claim(Path(folder), comm, overwrite):
-        return ExplicitRun(bare, settings, Path(folder), comm, overwrite).run()
+        run = ExplicitRun(bare, settings, Path(folder), comm, overwrite)
+        if written is not None:
+            run.results.text(WRITTEN, written)
+        return run.run()
 
 
 class ExplicitRun:

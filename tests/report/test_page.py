@@ -10,9 +10,10 @@ from program import call
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.model import encode_model, evenly
-from ncf_fenicsx.report.numbers import EXPLAINED, figures, sentence, warnings
+from ncf_fenicsx.report.numbers import EXPLAINED, figures, warnings
 from ncf_fenicsx.report.page import write_report
 from ncf_fenicsx.report.reading import Results
+from ncf_fenicsx.report.sentence import sentence
 
 pytestmark = pytest.mark.serial
 UNITS = {"N": 1.0, "mm": 1e-3, "kPa": 1e3, "s": 1.0, "": 1.0}

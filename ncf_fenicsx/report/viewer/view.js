@@ -1,7 +1,6 @@
 "use strict";
 /* The deformed stack of one run in 3-D, with its tools. Layers are drawn flat: a colour for each cell or node. */
 
-const FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 const MOST_EDGES = 50000;
 
 class View {
@@ -39,20 +38,8 @@ class View {
     this.ink = new vendor.LineBasicMaterial({ transparent: true, opacity: 0.35 });
   }
 
-  makeTool({ grid, rows }) {
-    const points = Float32Array.from(grid);
-    const columns = points.length / 3 / rows;
-    const corners = [];
-    for (let row = 0; row + 1 < rows; row++) {
-      for (let column = 0; column + 1 < columns; column++) {
-        const a = row * columns + column;
-        corners.push(a, a + 1, a + columns, a + 1, a + columns + 1, a + columns);
-      }
-    }
-    const geometry = new vendor.BufferGeometry();
-    geometry.setAttribute("position", new vendor.BufferAttribute(points, 3));
-    geometry.setIndex(corners);
-    const tool = new vendor.Mesh(geometry, this.steel);
+  makeTool(surface) {
+    const tool = new vendor.Mesh(gridGeometry(surface), this.steel);
     this.scene.add(tool);
     return tool;
   }
@@ -90,34 +77,14 @@ class View {
     return sum / 8;
   }
 
-  /* Faces of the kept cells that no kept cell lies behind: their cell, and their four nodes. */
   build(kept) {
-    const { cells, neighbours } = this.model;
-    const faceCells = [];
-    const faceNodes = [];
-    for (let cell = 0; cell < kept.length; cell++) {
-      if (!kept[cell]) continue;
-      for (let face = 0; face < 6; face++) {
-        const behind = neighbours[6 * cell + face];
-        if (behind >= 0 && kept[behind]) continue;
-        faceCells.push(cell);
-        for (const corner of FACES[face]) faceNodes.push(cells[8 * cell + corner]);
-      }
-    }
-    this.faceCells = Uint32Array.from(faceCells);
-    this.faceNodes = Uint32Array.from(faceNodes);
+    ({ cells: this.faceCells, nodes: this.faceNodes } = outerFaces(this.model, kept));
     this.makeGeometry();
   }
 
   makeGeometry() {
     const corners = this.faceNodes.length;
-    const triangles = new Uint32Array(corners * 1.5);
-    const edges = new Uint32Array(corners * 2);
-    for (let face = 0; face < this.faceCells.length; face++) {
-      const a = 4 * face;
-      triangles.set([a, a + 1, a + 2, a, a + 2, a + 3], 6 * face);
-      edges.set([a, a + 1, a + 1, a + 2, a + 2, a + 3, a + 3, a], 8 * face);
-    }
+    const { triangles, edges } = cornersOf(this.faceCells.length);
     this.geometry?.dispose();
     this.outline?.dispose();
     this.position = new vendor.BufferAttribute(new Float32Array(3 * corners), 3).setUsage(vendor.DynamicDrawUsage);
@@ -204,34 +171,15 @@ class View {
         box.max.setComponent(axis, Math.max(...ends, ...ends.map((end) => 2 * at - end)));
       }
     }
-    const away = this.direction();
+    const away = new vendor.Vector3(-0.9, -1.3, 0.9).normalize();
     const centre = box.getCenter(this.orbit.target);
-    const distance = 1.12 * this.distanceFor(box, away);
+    const distance = 1.12 * distanceFor(box, away, this.camera);
     this.camera.near = 0.01 * distance;
     this.camera.far = 20 * distance;
     this.camera.updateProjectionMatrix();
     this.camera.position.copy(centre).addScaledVector(away, distance);
     this.orbit.update();
     this.draw();
-  }
-
-  direction() {
-    return new vendor.Vector3(-0.9, -1.3, 0.9).normalize();
-  }
-
-  /* Distance from the middle of a box at which the camera, away in a direction, sees all its corners. */
-  distanceFor(box, away) {
-    const right = this.camera.up.clone().cross(away).normalize();
-    const up = away.clone().cross(right);
-    const tall = Math.tan((Math.PI / 360) * this.camera.fov);
-    const half = box.max.clone().sub(box.min).multiplyScalar(0.5);
-    let distance = 0;
-    for (const signs of [[1, 1, 1], [1, 1, -1], [1, -1, 1], [1, -1, -1]]) {
-      const corner = new vendor.Vector3(...signs).multiply(half);
-      const [x, y, z] = [right, up, away].map((axis) => Math.abs(corner.dot(axis)));
-      distance = Math.max(distance, z + x / (tall * this.camera.aspect), z + y / tall);
-    }
-    return distance;
   }
 
   resize() {
