@@ -198,7 +198,7 @@ EXPLAINED = {
     "about-ending": (
         "A run that stopped early",
         "All that the page shows was accepted and is on the disk. The reason says which limit was met. "
-        "A run goes on with `ncf-fenicsx run --restart FOLDER`.",
+        "A run goes on with ncf-fenicsx run --restart FOLDER.",
     ),
     "about-penetration": (
         "Penetration",
