@@ -70,6 +70,7 @@ def figures(results: Results) -> list[Figure]:
 
 def _largest(results: Results, columns: list[str]) -> tuple[str, int, float] | None:
     """Column, row and value of the largest number in some columns."""
+    columns = [column for column in columns if np.isfinite(results.history[column]).any()]
     if not columns:
         return None
     rows = [int(np.nanargmax(results.history[column])) for column in columns]
@@ -100,7 +101,7 @@ def unbalanced(results: Results) -> Any:
 
 def _compaction(results: Results) -> Figure | None:
     history = results.history
-    if "vf_max" in history:
+    if np.isfinite(history.get("vf_max", np.nan)).any():
         row = int(np.nanargmax(history["vf_max"]))
         error = 100 * history["vf_error"][row]
         words = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,8 @@ from ncf_fenicsx.report.reading import Results
 PAGE = "report.html"
 MOST_BYTES = 10_000_000
 """Size of a page at most: what mail servers take."""
-OWN_BYTES = 1_200_000
-"""Of that for scripts, pictures, curves and tables."""
+COLOUR_BYTES = 2000
+"""Of that for the colour map."""
 MOST_ROWS = 200
 """Rows of the table of the history."""
 VIEWER = Path(__file__).parent / "viewer"
@@ -40,20 +41,25 @@ def write_report(folder: Path) -> Path:
     results = Results.read(folder)
     main = first_screen.screen(results) + view(1, _fallback(results)) + CURVES
     main += first_screen.explanations() + _history(results) + repeat.section(results)
-    return write_page(folder / PAGE, results.scene.title, main, [run_data(results, MOST_BYTES - OWN_BYTES)])
+    return write_page(folder / PAGE, results.scene.title, main, [run_data(results, spare(main))])
+
+
+def spare(main: str) -> int:
+    """Bytes that a page has for the data of its runs, with this HTML and all scripts."""
+    return MOST_BYTES - len(document("", main, RUN_SCRIPTS).encode()) - COLOUR_BYTES
 
 
 def run_data(results: Results, most_bytes: int) -> dict[str, Any]:
-    """What the scripts of a page draw of a run."""
+    """What the scripts of a page draw of a run, in about so many bytes at most: as many steps as they hold."""
     history = {name: encoding.numbers(values) for name, values in results.history.items()}
-    return {
+    drawn = {
         "name": str(results.folder.name),
         "title": results.scene.title,
         "history": history,
         "curves": curves(results) if results.rows else [],
         "abscissae": abscissae(results) if results.rows else [],
-        "model": encode_model(results, most_bytes),
     }
+    return drawn | {"model": encode_model(results, most_bytes - len(json.dumps(drawn)))}
 
 
 def write_page(path: Path, title: str, main: str, runs: list[dict[str, Any]]) -> Path:
