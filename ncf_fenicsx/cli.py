@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import codecs
 import os
 import sys
 import traceback
-from io import TextIOWrapper
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +13,8 @@ import typer
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene.scene_file import as_written
+from ncf_fenicsx.terminal import complain, say, write_any_text
 from ncf_fenicsx.version import VERSION
 
 BAD_INPUT, STOPPED, DONE = 2, 1, 0
@@ -54,7 +54,8 @@ def run_command(
     scene = Scene.read(source, overrides or ())
     from ncf_fenicsx.simulation import run
 
-    result = run(scene, folder, overwrite=overwrite, restart=restart is not None)
+    written = as_written(source, overrides or ())
+    result = run(scene, folder, overwrite=overwrite, restart=restart is not None, written=written)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
     raise typer.Exit(DONE if result.done else STOPPED)
 
@@ -70,7 +71,8 @@ def explicit_command(
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.simulation.explicit import run_explicit
 
-    result = run_explicit(scene, out or Path("results") / f"{file.stem}_explicit", overwrite=overwrite)
+    folder, written = out or Path("results") / f"{file.stem}_explicit", as_written(file, overrides or ())
+    result = run_explicit(scene, folder, overwrite=overwrite, written=written)
     say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
     raise typer.Exit(DONE if result.done else STOPPED)
 
@@ -121,6 +123,38 @@ def compare_command(
     if picture is not None:
         comparison.draw(picture)
     raise typer.Exit(DONE if comparison.within(tolerance) else STOPPED)
+
+
+@app.command("report")
+def report_command(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Results folders, or one folder of a study.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="Page of several folders; comparison.html unless given.")
+    ] = None,
+) -> None:
+    """Write a page that opens without a network: DIR/report.html, also of an unfinished run; or one to compare runs."""
+    if out is not None and (len(folders) == 1 or out.suffix != ".html" or not out.absolute().parent.is_dir()):
+        expected = "a file that ends with .html, in a folder that exists, for two results folders or more"
+        raise SceneError(f"--out {out}: expected {expected}")
+    from ncf_fenicsx.report.comparison_page import write_comparison
+    from ncf_fenicsx.report.page import write_report
+    from ncf_fenicsx.report.study_page import is_study, write_study
+
+    if len(folders) > 1:
+        say(f"page in {write_comparison(folders, out or Path('comparison.html'))}")
+    else:
+        say(f"page in {(write_study if is_study(folders[0]) else write_report)(folders[0])}")
+
+
+@app.command("watch")
+def watch_command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results folder that a run writes to.")],
+    every: Annotated[float, typer.Option(metavar="SECONDS", help="Time between two looks.", min=0.1)] = 1.0,
+) -> None:
+    """Show force, Vf, contact and step size of a run that goes on in another terminal, until it ends."""
+    from ncf_fenicsx.report.watch import watch
+
+    watch(folder, every)
 
 
 @app.command("benchmark")
@@ -215,14 +249,6 @@ def error_time_command(
     say(ErrorTime(file, folder, tuple(overrides or ()), limit, along_y, levels, through).run(methods))
 
 
-def say(text: str) -> None:
-    """Print on rank 0."""
-    from mpi4py import MPI
-
-    if MPI.COMM_WORLD.rank == 0:
-        print(text, flush=True)
-
-
 def main() -> None:
     """Entry point; every user's mistake is one line and exit code 2, and a rank that fails ends all ranks."""
     write_any_text()
@@ -249,19 +275,3 @@ def main() -> None:
         from mpi4py import MPI
 
         MPI.COMM_WORLD.Abort(STOPPED)
-
-
-def write_any_text() -> None:
-    """Let the streams take every letter: UTF-8 where the locale is mere ASCII, else escapes for what it has not."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            encoding = codecs.lookup(stream.encoding).name
-            stream.reconfigure(encoding="utf-8" if encoding == "ascii" else encoding, errors="backslashreplace")
-
-
-def complain(message: str) -> None:
-    """Print one line on standard error, on rank 0."""
-    from mpi4py import MPI
-
-    if MPI.COMM_WORLD.rank == 0:
-        print("ncf-fenicsx: " + " ".join(message.split()), file=sys.stderr, flush=True)

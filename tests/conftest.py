@@ -68,5 +68,5 @@ def table():
         },
         "interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.0},
         "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"}]},
-        "output": {"picture": False},
+        "output": {"picture": False, "report": False},
     }

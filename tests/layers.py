@@ -6,7 +6,7 @@ from assembled import COMM
 from ncf_fenicsx import Scene
 from ncf_fenicsx.simulation import Simulation
 
-QUIET = {"picture": False}
+QUIET = {"picture": False, "report": False}
 ELASTIC = {"rate": {"kind": "none"}}
 
 

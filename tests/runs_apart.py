@@ -24,7 +24,7 @@ SLOW_ROLLER = [
     DEMOS / "long_roller.toml",
     *("--set", "stack.divisions=[12, 2]"),
     *("--set", "solver.largest_step=0.2 s", "--set", "solver.first_step=0.2 s"),
-    *("--set", "output.picture=false", "--set", "output.checkpoint_every=1"),
+    *("--set", "output.picture=false", "--set", "output.report=false", "--set", "output.checkpoint_every=1"),
 ]
 
 

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.serial
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ROW = (
-    ("units", "errors", "version"),
+    ("units", "errors", "terminal", "version"),
     ("kinds",),
     ("laws",),
     ("tools",),

@@ -13,7 +13,16 @@ from ncf_fenicsx.output.measures import COLUMNS
 from ncf_fenicsx.scene.keys import keys
 
 pytestmark = pytest.mark.serial
-SMALL = ["--set", "stack.layers=2", "--set", "stack.divisions=[6, 3]", "--set", "output.picture=false"]
+SMALL = [
+    "--set",
+    "stack.layers=2",
+    "--set",
+    "stack.divisions=[6, 3]",
+    "--set",
+    "output.picture=false",
+    "--set",
+    "output.report=false",
+]
 
 
 def test_version_and_help():

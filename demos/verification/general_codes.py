@@ -62,6 +62,7 @@ force_tolerance = {tolerance}
 factors = "{factors}"
 [output]
 picture = false
+report = false
 fields_every = 1000
 """
 SAME = {"divisions": [120, 12], "through": [16], "grading": [0.0, 0.0], "factors": "multigrid"}

@@ -45,7 +45,7 @@ SCENE: dict[str, Any] = {
         "path": [{"travel": ["0 mm", "0 mm", "-0.25 mm"], "speed": "1 mm/min"}],
     },
     "solver": {"first_step": "15 s", "largest_step": "15 s"},
-    "output": {"picture": False},
+    "output": {"picture": False, "report": False},
 }
 
 

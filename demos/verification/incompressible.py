@@ -34,7 +34,7 @@ def block(poisson: float, divisions: int, through: int, **solid: Any) -> dict[st
             "width": "infinite",
             "path": [{"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}],
         },
-        "output": {"picture": False, "fields_every": 1000},
+        "output": {"picture": False, "report": False, "fields_every": 1000},
     }
 
 

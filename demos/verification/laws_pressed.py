@@ -38,7 +38,7 @@ CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 def press(folder: Path, name: str, laws: dict[str, Any], path: list[dict[str, Any]]) -> tuple[np.ndarray, ...]:
     """Time (s), Vf and pressure (Pa) of one hexahedron under a plate on a path."""
     base = Scene.read(SCENE)
-    table = base.table() | {"laws": laws, "output": {"picture": False, "fields_every": 1000}}
+    table = base.table() | {"laws": laws, "output": {"picture": False, "report": False, "fields_every": 1000}}
     table["tool"]["path"] = path
     table["solver"]["largest_step"] = "2 s"
     result = run(Scene.from_table(table), folder / name, overwrite=True)
@@ -142,7 +142,7 @@ def draw_solids(axes: Any, folder: Path, worst: Worst) -> None:
     }
     sides = {"x_min": "symmetry", "y_min": "symmetry", "x_max": "symmetry", "y_max": "symmetry"}
     for kind, curve in exact.items():
-        scene = Scene.read(SCENE, [f"laws={{solid={{kind='{kind}'}}}}", "output.picture=false"])
+        scene = Scene.read(SCENE, [f"laws={{solid={{kind='{kind}'}}}}", "output.picture=false", "output.report=false"])
         stack = scene.stack.model_copy(update={"sides": type(scene.stack.sides)(**sides)})
         result = run(scene.model_copy(update={"stack": stack}), folder / kind, overwrite=True)
         down_, over, force = (

@@ -19,8 +19,19 @@ from ncf_fenicsx.output.checkpoint import NAME
 from ncf_fenicsx.output.history_file import HistoryFile, Row
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.safe_files import replace
+from ncf_fenicsx.scene.scene_file import WRITTEN
 
-FILES = ("scene.toml", "history.csv", "fields.pvd", "run.json", "summary.png", "critical_mode.vtu", NAME)
+FILES = (
+    WRITTEN,
+    "scene.toml",
+    "history.csv",
+    "fields.pvd",
+    "run.json",
+    "summary.png",
+    "report.html",
+    "critical_mode.vtu",
+    NAME,
+)
 CLAIM = ".claim"
 """File that the run which writes to a folder holds there; none of its results."""
 

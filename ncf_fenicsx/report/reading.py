@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import json
+import tomllib
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from xml.etree import ElementTree
 
 import numpy as np
 
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.scene import Scene
+
 
 def read_history(path: Path) -> Any:
-    """Columns of a ``history.csv`` by name, each a vector."""
-    return np.atleast_1d(np.genfromtxt(path, delimiter=",", names=True))
+    """Columns of a ``history.csv`` by name, each a vector; without a last row that is just being written."""
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    whole = [line for line in lines if line.endswith("\n")]
+    return np.atleast_1d(np.genfromtxt(whole, delimiter=",", names=True))
 
 
 def read_record(folder: Path) -> dict[str, Any]:
@@ -24,3 +32,62 @@ def read_snapshots(folder: Path) -> list[tuple[float, str]]:
     """Times in s and names of the field files of a results folder."""
     entries = ElementTree.parse(folder / "fields.pvd").getroot().iter("DataSet")
     return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]
+
+
+@dataclass(frozen=True)
+class Results:
+    """A results folder, also that of a run which goes on or was killed.
+
+    Attributes:
+        folder: where it is.
+        scene: the case.
+        history: columns of ``history.csv`` by name, of length 0 before the first step.
+        record: contents of ``run.json``; empty while the run has not ended.
+        snapshots: times in s and names of the field files.
+    """
+
+    folder: Path
+    scene: Scene
+    history: dict[str, Any]
+    record: dict[str, Any]
+    snapshots: list[tuple[float, str]]
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """Read a folder.
+
+        Raises:
+            SceneError: it is no results folder, or its files cannot be read.
+        """
+        scene = folder / "scene.toml"
+        if not scene.is_file():
+            raise SceneError(f"{folder}: has no scene.toml; expected a results folder")
+        try:
+            table = tomllib.loads(scene.read_text(encoding="utf-8"))
+            record = read_record(folder) if (folder / "run.json").exists() else {}
+            snapshots = read_snapshots(folder) if (folder / "fields.pvd").exists() else []
+            rows = read_history(folder / "history.csv") if _has_lines(folder / "history.csv") else None
+        except (OSError, ValueError, ElementTree.ParseError) as error:
+            raise SceneError(f"{folder}: cannot be read: {error}; expected a results folder") from error
+        history = {} if rows is None or rows.dtype.names is None else {name: rows[name] for name in rows.dtype.names}
+        return cls(folder, Scene.from_table(table, source=str(scene)), history, record, snapshots)
+
+    @property
+    def rows(self) -> int:
+        """Number of accepted steps in the history."""
+        return len(self.history.get("time", ()))
+
+    def tool_columns(self, name: str) -> list[str]:
+        """Columns of the history of that name, one for each tool, of those that it has."""
+        columns = [numbered(name, number) for number in range(len(self.scene.tool))]
+        return [column for column in columns if column in self.history]
+
+    def interface_columns(self, name: str) -> list[str]:
+        """Columns of the history of that name, one for each interface that has it."""
+        columns = [f"{name}_{number}" for number in range(1, self.scene.stack.layers)]
+        return [column for column in columns if column in self.history]
+
+
+def _has_lines(path: Path) -> bool:
+    """Whether a file is there and has a whole line."""
+    return path.exists() and "\n" in path.read_text(encoding="utf-8")

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.report import tool_places
 from ncf_fenicsx.report.reading import read_history, read_snapshots
 from ncf_fenicsx.scene import Scene
 
@@ -111,7 +112,8 @@ def draw_summary(folder: Path) -> Path:
     history = read_history(folder / "history.csv")
     snapshots = _shown(scene, read_snapshots(folder))
     meshes = [meshio.read(folder / file) for _, file in snapshots]
-    tips = [_tips(scene, history, meshes[0], time) for time, _ in snapshots]
+    heights = float(meshes[0].points[:, 2].min()), float(meshes[0].points[:, 2].max())
+    tips = [tool_places.tips(scene, history, heights, time) for time, _ in snapshots]
     y = tips[0][0][1] if scene.tool else 0.0
     sections = [cut(mesh, y) for mesh in meshes]
     figure = Figure(figsize=(13, 4.0 + 2.6 * len(sections)), layout="constrained")
@@ -137,17 +139,6 @@ def _shown(scene: Scene, snapshots: list[tuple[float, str]]) -> list[tuple[float
     wanted = [time for time in scene.milestones if time < times[-1]] + [float(times[-1])]
     nearest = sorted({int(np.abs(times - time).argmin()) for time in wanted})
     return [snapshots[number] for number in nearest[-MOST_SECTIONS:]]
-
-
-def _tips(scene: Scene, history: Any, mesh: meshio.Mesh, time: float) -> list[Floats]:
-    """Positions in m of the tips of tools and mould; the heights of tools as the run found them."""
-    top, bottom = float(mesh.points[:, 2].max()), float(mesh.points[:, 2].min())
-    tips = []
-    for number, tool in enumerate(scene.tool):
-        tip = tool.tip(top, time)
-        lowered = np.interp(time, history["time"], history[numbered("tool_displacement", number)])
-        tips.append(np.array([tip[0], tip[1], tool.tip(top, 0.0)[2] - lowered]))
-    return tips + ([scene.mould.tip(bottom)] if scene.mould is not None else [])
 
 
 def _abscissa(history: Any, scene: Scene) -> tuple[Floats, str]:

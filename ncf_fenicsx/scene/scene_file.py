@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import codecs
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ncf_fenicsx.errors import SceneError
 
+WRITTEN = "scene_as_written.toml"
+"""Name under which results keep the scene file as its author wrote it."""
 MARKED = {
     codecs.BOM_UTF32_LE: "UTF-32",
     codecs.BOM_UTF32_BE: "UTF-32",
@@ -87,3 +90,13 @@ def apply_override(data: dict[str, Any], text: str) -> None:
         target[int(last) if isinstance(target, list) else last] = parsed
     except (AttributeError, IndexError, TypeError, ValueError) as error:
         raise SceneError(f"--set {text}: no such table in the scene; expected a key such as stack.layers") from error
+
+
+def as_written(path: Path, overrides: Sequence[str]) -> str:
+    """Text of a scene file, with what a command line replaces as comments on top.
+
+    Raises:
+        SceneError: the file is in another encoding.
+    """
+    replaced = "".join(f"# --set {text}\n" for text in overrides)
+    return replaced + decoded(path, path.read_bytes())

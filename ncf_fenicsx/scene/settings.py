@@ -114,6 +114,7 @@ class Output(Settings):
         False, description="write the mode in which stability is lost first, where the tangent is symmetric"
     )
     picture: bool = parameter(True, description="draw summary.png")
+    report: bool = parameter(True, description="write report.html, a page with the stack in 3-D")
     permeability: Annotated[PermeabilityLaw, Choice("permeability", "gebart")] | None = parameter(
         None, description="permeability as fields; none unless given"
     )

@@ -15,10 +15,11 @@ from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
-from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene.scene_file import WRITTEN
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
+from ncf_fenicsx.simulation.closing_pictures import draw_closing_pictures
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.run_record import Result, record, untouched
@@ -42,7 +43,13 @@ WEIGHING = 0.05
 """Share of the run in which the stack takes on its weight, so that it does not bounce on it."""
 
 
-def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WORLD, overwrite: bool = False) -> Result:
+def run_explicit(
+    scene: Scene,
+    folder: str | Path,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    overwrite: bool = False,
+    written: str | None = None,
+) -> Result:
     """March a scene by central differences on all ranks of ``comm`` and write its results.
 
     The stack takes on its weight while the run begins, and a run is called done only if it was quasi-static.
@@ -52,6 +59,7 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
         folder: for results; made if it does not exist.
         comm: ranks that share the work.
         overwrite: whether results in the folder may be replaced.
+        written: text that the scene was read from, to be kept with the results.
 
     Raises:
         SceneError: the scene cannot be marched, or the folder cannot be used; nothing has been written then.
@@ -65,7 +73,10 @@ def run_explicit(scene: Scene, folder: str | Path, comm: MPI.Comm = MPI.COMM_WOR
     settings = scene.explicit or Explicit()
     bare = scene.model_copy(update={"solver": solver, "explicit": settings})
     with Claim(Path(folder), comm, overwrite):
-        return ExplicitRun(bare, settings, Path(folder), comm, overwrite).run()
+        run = ExplicitRun(bare, settings, Path(folder), comm, overwrite)
+        if written is not None:
+            run.results.text(WRITTEN, written)
+        return run.run()
 
 
 class ExplicitRun:
@@ -155,8 +166,8 @@ class ExplicitRun:
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)
         self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, self._more()))
-        if self.scene.output.picture and self.history:
-            on_root(self.comm, lambda: draw_summary(self.results.folder))
+        if self.history:
+            draw_closing_pictures(self.results, self.scene.output, self.progress, self.comm)
 
     def _more(self) -> dict[str, Any]:
         """What the record says of the march."""

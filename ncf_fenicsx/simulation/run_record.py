@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import platform
 import resource
+import shlex
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,6 +93,7 @@ def record(problem: Problem, ended: March, phases: Phases, cautions: list[str], 
         "seconds_cpu": round(cpu, 3),
         "peak_memory_mb": round(memory, 1),
         "versions": versions(),
+        "command": shlex.join(sys.argv),
         "machine": f"{platform.node()}, {platform.machine()}",
     }
 

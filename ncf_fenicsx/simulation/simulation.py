@@ -15,8 +15,9 @@ from ncf_fenicsx.output.checkpoint import Checkpoint
 from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
-from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.scene.scene_file import WRITTEN
+from ncf_fenicsx.simulation.closing_pictures import draw_closing_pictures
 from ncf_fenicsx.simulation.data_range import DataRange
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
@@ -37,6 +38,7 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     overwrite: bool = False,
     restart: bool = False,
+    written: str | None = None,
 ) -> Result:
     """Run a scene on all ranks of ``comm`` and write its results.
 
@@ -46,20 +48,29 @@ def run(
         comm: ranks that share the work.
         overwrite: whether results in the folder may be replaced.
         restart: whether to go on from the checkpoint in the folder, or from the start where it has none yet.
+        written: text that the scene was read from, to be kept with the results.
 
     Raises:
         SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
         ResultError: results could not be written; what was written before stays.
     """
     with Claim(Path(folder), comm, overwrite or restart):
-        return Simulation(scene, Path(folder), comm, overwrite, restart).run()
+        return Simulation(scene, Path(folder), comm, overwrite, restart, written).run()
 
 
 class Simulation:
     """One run: its problem, solver, files and clock."""
 
-    def __init__(self, scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool = False) -> None:
-        self.scene, self.comm, self.phases = scene, comm, Phases()
+    def __init__(
+        self,
+        scene: Scene,
+        folder: Path,
+        comm: MPI.Comm,
+        overwrite: bool,
+        restart: bool = False,
+        written: str | None = None,
+    ) -> None:
+        self.scene, self.comm, self.phases, self._written = scene, comm, Phases(), written
         self.milestones, self.pieces = scene.milestones, pieces(scene)
         self.progress, self.interruption = ProgressBar(self.milestones[-1], comm), Interruption(comm)
         self._restarts = restart and on_root(comm, lambda: goes_on(folder, scene))
@@ -103,6 +114,8 @@ class Simulation:
         saved = self.checkpoint.load() if self._restarts else None
         if saved is None:
             on_root(self.comm, lambda: prepare_folder(self.results.folder))
+            if self._written is not None:
+                self.results.text(WRITTEN, self._written)
         self.results.text("scene.toml", self.problem.scene.to_toml())
         return saved
 
@@ -155,8 +168,8 @@ class Simulation:
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)
         self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, more))
-        if self.scene.output.picture and self.history:
-            on_root(self.comm, lambda: draw_summary(self.results.folder))
+        if self.history:
+            draw_closing_pictures(self.results, self.scene.output, self.progress, self.comm)
 
     def _save_if_due(self, progress: March) -> None:
         """Save a checkpoint where the scene's number of steps or its interval has passed since the last."""

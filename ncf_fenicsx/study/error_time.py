@@ -11,6 +11,7 @@ from rich.progress import track
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reading import read_history
+from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
 from ncf_fenicsx.study.launch import BARE, Ended, chosen, launch
@@ -71,7 +72,8 @@ class ErrorTime:
         Table(self.folder / "error_time.csv", (*COLUMNS, *ERRORS), ("method", "level")).write(rows)
         title = f"{scene.title}: error against run time, {machine()}"
         draw_work_precision(rows, title, self.folder / "error_time.png")
-        return f"{advice(rows)}\ntables and picture in {self.folder}"
+        write_study(self.folder)
+        return f"{advice(rows)}\ntables, picture and page in {self.folder}"
 
     @property
     def _runs(self) -> Table:

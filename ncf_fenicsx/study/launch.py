@@ -13,8 +13,8 @@ from typing import Any
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reading import read_record
 
-BARE = ("output.picture=false", "output.fields_every=1000000")
-"""Overrides of a run that nobody looks at: its last fields, and no picture."""
+BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000")
+"""Overrides of a run that nobody looks at: its last fields, and neither picture nor page."""
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,9 @@ def compilation() -> tuple[float, float]:
 
 def _forms_seconds(folder: Path) -> float:
     scene = folder / "roller.toml"
-    scene.write_text("[tool]\n[stack]\ndivisions = [2, 2]\n[solver]\nmax_steps = 1\n[output]\npicture = false\n")
+    scene.write_text(
+        "[tool]\n[stack]\ndivisions = [2, 2]\n[solver]\nmax_steps = 1\n[output]\npicture = false\nreport = false\n"
+    )
     command = [sys.executable, "-m", "ncf_fenicsx", "run", str(scene), "--overwrite", "--out", str(folder / "out")]
     environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
     subprocess.run(command, env=environment, capture_output=True, check=False)

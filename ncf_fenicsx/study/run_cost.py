@@ -17,7 +17,7 @@ from ncf_fenicsx.simulation import Simulation
 from ncf_fenicsx.study.machine import machine
 
 REPEATS = 3
-BARE = {"picture": False, "fields_every": 1_000_000, "checkpoint_interval": 1e9}
+BARE = {"picture": False, "report": False, "fields_every": 1_000_000, "checkpoint_interval": 1e9}
 
 
 def benchmark_run(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> str:

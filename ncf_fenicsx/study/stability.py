@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.study.launch import chosen
 from ncf_fenicsx.study.stability_grid import stability_grid
@@ -32,7 +33,8 @@ def study_stability(scene: Scene, runner: Runner, axes: list[str] | None = None)
     order = {(case.axis, case.value): number for number, case in enumerate(cases)}
     rows = sorted((row for row in rows if (row["axis"], row["value"]) in order), key=lambda row: order[_key(row)])
     draw_map(rows, f"{scene.title}: how far it can be pushed", runner.folder / "stability.png")
-    return f"{summary(rows)}; table and map in {runner.folder}"
+    write_study(runner.folder)
+    return f"{summary(rows)}; table, map and page in {runner.folder}"
 
 
 def _key(row: Row) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""The work-precision picture: error over run time, one line a method, the best front marked."""
+"""The work-precision picture: error over run time, one line a method, the best front marked and named."""
 
 from __future__ import annotations
 
@@ -8,31 +8,15 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ncf_fenicsx.report.study_page import ERRORS, LEAST, front
 from ncf_fenicsx.study.table import Row
 
-SHOWN = {
-    "force_error": "error of the largest force",
-    "vf_max_error": "error of the largest Vf",
-    "vf_field_error": "error of the field of Vf",
-    "void_error": "error of the volume of the voids",
-}
 MARKERS = "osD^v<>PX*hp"
-LEAST = 1e-6
-"""Errors below this are drawn there: the logarithm of none is nowhere."""
-
-
-def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Points (time, error) that none beats in both, by time."""
-    best: list[tuple[float, float]] = []
-    for point in sorted(points):
-        if not best or point[1] < best[-1][1]:
-            best.append(point)
-    return best
 
 
 def draw_work_precision(rows: list[Row], title: str, path: Path) -> None:
     """Draw the picture, a field for each error that the rows have."""
-    errors = [name for name in SHOWN if any(row[name] for row in rows)]
+    errors = [name for name in ERRORS if any(row[name] for row in rows)]
     figure = Figure(figsize=(6.2 * min(len(errors), 2) + 3.5, 5.2 * ((len(errors) + 1) // 2)), layout="constrained")
     axes: Any = figure.subplots((len(errors) + 1) // 2, min(len(errors), 2), squeeze=False).ravel()
     figure.suptitle(title)
@@ -47,13 +31,15 @@ def draw_work_precision(rows: list[Row], title: str, path: Path) -> None:
 
 def _draw(axes: Any, rows: list[Row], error: str) -> None:
     points = [(float(row["seconds"]), max(float(row[error]), LEAST)) for row in rows]
+    best = front(points)
     for number, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
         own = [(point, row["level"]) for point, row in zip(points, rows, strict=True) if row["method"] == method]
         axes.plot(
             *zip(*(point for point, _ in own), strict=True), marker=MARKERS[number % 12], ms=5, lw=1, label=method
         )
         for point, level in own:
-            axes.annotate(level, point, fontsize=5.5, xytext=(3, 3), textcoords="offset points", color="0.35")
-    axes.plot(*zip(*front(points), strict=True), "k-", lw=6, alpha=0.15, zorder=0, label="best front")
-    axes.set(xscale="log", yscale="log", xlabel="wall time (s), without compiling forms", ylabel=SHOWN[error])
+            if point in best:
+                axes.annotate(level, point, fontsize=7, xytext=(0, -9), textcoords="offset points", ha="center")
+    axes.plot(*zip(*best, strict=True), "k-", lw=6, alpha=0.15, zorder=0, label="best front")
+    axes.set(xscale="log", yscale="log", xlabel="wall time (s), without compiling forms", ylabel=ERRORS[error])
     axes.grid(which="both", alpha=0.25)

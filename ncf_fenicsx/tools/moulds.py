@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import Literal
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Mould, arc
+from ncf_fenicsx.tools.rigid_surface import Interval, Mould, arc, rounded_block
 from ncf_fenicsx.units import PositiveLength
 
 
@@ -60,6 +61,16 @@ class SphereMould(RoundMould):
     def from_centre(self, point: Expression, height: Expression) -> Expression:
         """Distance (m) of a point from the centre, over which it has a height (m)."""
         return ufl.sqrt(point[0] ** 2 + point[1] ** 2 + height**2)
+
+    def surface(self, window: tuple[Interval, Interval]) -> NDArray[np.float64]:
+        """Cap of 60 degrees around the tip, in m, as a grid of points of shape (rows, points in a row, 3).
+
+        It ends at the farthest corner of the window, where that is nearer.
+        """
+        farthest = math.hypot(*(max(map(abs, ends)) for ends in window))
+        angle = math.degrees(math.asin(min(farthest / self.radius, math.sin(math.radians(60.0)))))
+        hollow = rounded_block((0.0, 0.0), self.radius, angle)
+        return hollow * np.array([1.0, 1.0, -1.0]) if self.shape == "convex" else hollow
 
     @property
     def radii(self) -> tuple[float | None, float | None]:

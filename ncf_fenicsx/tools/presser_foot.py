@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Interval, Tool, arc
+from ncf_fenicsx.tools.rigid_surface import Interval, Tool, arc, rounded_block
 from ncf_fenicsx.units import PositiveLength
 
 
@@ -46,6 +46,12 @@ class PresserFoot(Tool):
         right = arc(self.edge, 0, 90, 31) + np.array([half - self.edge, self.edge])
         right = np.vstack([right, [half, top]])
         return np.vstack([(right * np.array([-1.0, 1.0]))[::-1], right])
+
+    def surface(self, window: tuple[Interval, Interval]) -> NDArray[np.float64]:
+        """Bottom, rounded edges and some of the walls, in m, as a grid of points of shape (rows, points, 3)."""
+        del window
+        block = rounded_block((self.size[0] / 2 - self.edge, self.size[1] / 2 - self.edge), self.edge, 90.0)
+        return np.concatenate([block, block[-1:] + np.array([0.0, 0.0, self.size[0] / 4])])
 
     @property
     def reach(self) -> tuple[Interval, Interval]:

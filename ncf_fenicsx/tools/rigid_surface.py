@@ -44,6 +44,26 @@ class RigidSurface(Kind):
     def section(self) -> NDArray[np.float64]:
         """Outline in the plane across y, relative to the tip, in m, shape (points, 2): for pictures."""
 
+    def surface(self, window: tuple[Interval, Interval]) -> NDArray[np.float64]:
+        """Surface relative to the tip, in m, as a grid of points of shape (rows, points in a row, 3): for pictures.
+
+        The outline as long along y as the surface reaches, with its ends closed.
+
+        Args:
+            window: least and largest x and y (m), relative to the tip, at which a surface without an end is cut off.
+        """
+        (least_x, largest_x), (least_y, largest_y) = self.reach
+        (x, right), (y, back) = window
+        whole = math.isfinite(largest_x - least_x)
+        outline = self.section() if whole else clipped(self.section(), x, right)
+        ends = (least_y, largest_y) if math.isfinite(largest_y - least_y) else (y, back)
+        rows = [np.insert(outline, 1, end, axis=1) for end in ends]
+        if math.isfinite(largest_y - least_y):
+            middle = np.broadcast_to(outline.mean(axis=0), outline.shape)
+            first, last = (np.insert(middle, 1, end, axis=1) for end in ends)
+            rows = [first, *rows, last]
+        return np.stack(rows)
+
     @property
     def radii(self) -> tuple[float | None, float | None]:
         """Smallest radius (m) that elements have to follow along x and along y; None where there is none."""
@@ -115,3 +135,34 @@ def arc(radius: float, start: float, end: float, points: int = 181) -> NDArray[n
 def circle(radius: float) -> NDArray[np.float64]:
     """Circle that stands on the tip, in m, shape (181, 2)."""
     return arc(radius, -180, 180) + np.array([0.0, radius])
+
+
+def clipped(outline: NDArray[np.float64], least: float, largest: float) -> NDArray[np.float64]:
+    """Part of an outline with ascending x between two x in m, shape (points, 2)."""
+    inside = outline[(outline[:, 0] > least) & (outline[:, 0] < largest)]
+    first, last = max(least, outline[0, 0]), min(largest, outline[-1, 0])
+    ends = [[[x, np.interp(x, outline[:, 0], outline[:, 1])]] for x in (first, last)]
+    return np.concatenate([ends[0], inside, ends[1]])
+
+
+def rounded_block(half: tuple[float, float], radius: float, upwards: float, points: int = 24) -> NDArray[np.float64]:
+    """Lower part of all points within a radius of a flat rectangle, as a grid of shape (rows, points in a row, 3).
+
+    The lowest point of its middle is the origin; with a rectangle of no size it is a sphere.
+
+    Args:
+        half: half the rectangle's lengths along x and y in m.
+        radius: in m.
+        upwards: angle in degrees from straight down at which it ends.
+        points: number of points of a quarter of a row.
+    """
+    quarter = np.linspace(0.0, np.pi / 2, points)
+    around = np.concatenate([quarter + turn * np.pi / 2 for turn in range(4)] + [[0.0]])
+    signs = np.repeat([[1, 1], [-1, 1], [-1, -1], [1, -1]], points, axis=0)
+    corners = np.concatenate([signs, signs[:1]]) * np.array(half)
+    up = np.radians(np.linspace(0.0, upwards, points))[:, None]
+    x = corners[:, 0] + radius * np.sin(up) * np.cos(around)
+    y = corners[:, 1] + radius * np.sin(up) * np.sin(around)
+    z = np.broadcast_to(radius * (1.0 - np.cos(up)), x.shape)
+    rows = np.stack([x, y, z], axis=2)
+    return np.concatenate([np.zeros_like(rows[:1]), rows])

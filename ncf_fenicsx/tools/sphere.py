@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.tools.rigid_surface import Interval, Tool, circle
+from ncf_fenicsx.tools.rigid_surface import Interval, Tool, circle, rounded_block
 from ncf_fenicsx.units import PositiveLength
 
 
@@ -26,6 +26,11 @@ class Sphere(Tool):
     def section(self) -> NDArray[np.float64]:
         """Circle, in m, shape (points, 2)."""
         return circle(self.radius)
+
+    def surface(self, window: tuple[Interval, Interval]) -> NDArray[np.float64]:
+        """The whole sphere, in m, as a grid of points of shape (rows, points in a row, 3)."""
+        del window
+        return rounded_block((0.0, 0.0), self.radius, 180.0)
 
     @property
     def radii(self) -> tuple[float | None, float | None]:

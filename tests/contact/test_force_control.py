@@ -8,7 +8,7 @@ from assembled import COMM, build, step_of
 
 from ncf_fenicsx import Scene, SceneError, run
 
-QUIET = {"picture": False}
+QUIET = {"picture": False, "report": False}
 TOOLS = {"plate": {"kind": "plate"}, "cylinder": {"width": "infinite"}}
 AREA = 4 * 72e-6
 """Of the whole stack in m2."""

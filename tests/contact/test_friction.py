@@ -7,7 +7,7 @@ from assembled import COMM, assign, build, step_of
 from ncf_fenicsx import Scene
 from ncf_fenicsx.simulation import Simulation
 
-QUIET = {"picture": False}
+QUIET = {"picture": False, "report": False}
 ELASTIC = {"rate": {"kind": "none"}}
 AREA = 12e-3 * 6e-3
 STICK, MU = 1e6, 0.3

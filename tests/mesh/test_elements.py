@@ -86,7 +86,7 @@ def test_the_tangent_is_the_derivative_of_the_residual():
 
 
 def test_fields_are_written_in_pieces_between_nodes(folder):
-    table = coarse() | {"output": {"picture": False}}
+    table = coarse() | {"output": {"picture": False, "report": False}}
     result = run(Scene.from_table(table), folder)
     assert result.done, result.reason
     mesh = meshio.read(folder / read_snapshots(folder)[-1][1])

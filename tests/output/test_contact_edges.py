@@ -62,7 +62,7 @@ BLOCK = {
         "path": [{"travel": ["0 mm", "0 mm", "-0.05 mm"], "speed": "1 mm/min"}],
     },
     "solver": {"first_step": "0.2 s", "largest_step": "0.2 s"},
-    "output": {"picture": False, "fields_every": 1000},
+    "output": {"picture": False, "report": False, "fields_every": 1000},
 }
 
 

@@ -9,7 +9,7 @@ from assembled import COMM
 
 from ncf_fenicsx import Scene, run
 
-QUIET = {"picture": False}
+QUIET = {"picture": False, "report": False}
 ELASTIC = {"rate": {"kind": "none"}}
 VTK_TOP, VTK_BOTTOM = [4, 5, 6, 7], [0, 1, 2, 3]
 

@@ -46,7 +46,7 @@ def test_an_elastic_cycle_gives_back_what_it_took(folder, kind):
             "kind": "plate",
             "path": [travel | {"travel": ["0 mm", "0 mm", f"{way} mm"]} for way in ("-0.6", "0.6")],
         },
-        "output": {"picture": False, "fields_every": 1000},
+        "output": {"picture": False, "report": False, "fields_every": 1000},
     }
     result = run(Scene.from_table(table), folder)
     assert result.done, result.reason

@@ -12,7 +12,7 @@ TABLE = {
         "rate": {"kind": "none"},
         "compaction": {"kind": "table", "volume_fraction": [0.38, 0.40, 0.45], "stress": ["-1 kPa", "0 kPa", "3 kPa"]},
     },
-    "output": {"picture": False, "fields_every": 1000},
+    "output": {"picture": False, "report": False, "fields_every": 1000},
 }
 
 

@@ -37,7 +37,7 @@ STRIP = {
         "penalty": 100,
         "path": [{"travel": ["0 mm", "0 mm", "-0.3 mm"], "speed": "1 mm/min"}],
     },
-    "output": {"picture": False},
+    "output": {"picture": False, "report": False},
 }
 COARSE = STRIP | {"stack": STRIP["stack"] | {"divisions": [6, 1], "order": 2}}
 

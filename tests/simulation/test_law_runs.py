@@ -20,7 +20,11 @@ COMM = MPI.COMM_WORLD
 
 def plate(path, laws, permeability=None, **solver):
     """One layer without weight under a flat plate."""
-    output = {"picture": False} if permeability is None else {"picture": False, "permeability": permeability}
+    output = (
+        {"picture": False, "report": False}
+        if permeability is None
+        else {"picture": False, "report": False, "permeability": permeability}
+    )
     return Scene.from_table(
         {
             "gravity": "0 m/s^2",
@@ -134,7 +138,7 @@ def test_laws_defined_here_run_in_the_roller_scene(folder):
             C = in_plane_cauchy_green
             return 242e9 / 8 * ((C[0, 0] - 1) ** 2 + (C[1, 1] - 1) ** 2 + 0.8 * C[0, 1] * C[1, 0])
 
-    coarse = ["stack.divisions=[12, 6]", "output.picture=false"]
+    coarse = ["stack.divisions=[12, 6]", "output.picture=false", "output.report=false"]
     try:
         usual = run(Scene.read(DEMOS / "roller.toml", coarse), folder / "usual")
         for family, kind in (("compaction", Linear.kind), ("in_plane", Quadratic.kind)):

@@ -88,7 +88,10 @@ def test_a_run_says_when_it_loses_stability_and_writes_the_mode(table, folder):
     stack = table["stack"] | {"size": ["12 mm", "12 mm"], "divisions": [10, 8]}
     tool = table["tool"] | {"width": "8 mm"}
     for shear, crimps in (("0.01 MPa", True), ("10 MPa", False)):
-        changed = {"laws": {"shear": {"modulus": shear}}, "output": {"picture": False, "critical_mode": True}}
+        changed = {
+            "laws": {"shear": {"modulus": shear}},
+            "output": {"picture": False, "report": False, "critical_mode": True},
+        }
         changed["solver"] = {"max_steps": 15}  # the layers crimp in the tenth or so
         result = run(Scene.from_table(table | {"stack": stack, "tool": tool} | changed), folder / shear[:4])
         if COMM.rank:
@@ -114,7 +117,7 @@ PRESSED = {
     "tool": {"kind": "plate", "path": [{"travel": ["0 mm", "0 mm", "-0.1 mm"], "speed": "1 mm/min"}]},
     "solver": {"first_step": "0.2 s", "largest_step": "0.2 s"},
     "gravity": "0 m/s^2",
-    "output": {"picture": False},
+    "output": {"picture": False, "report": False},
 }
 
 
@@ -161,7 +164,7 @@ CRIMPING = {
     "interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.0},
     "laws": {"shear": {"modulus": "0.01 MPa"}},
     "tool": {"width": "8 mm", "path": [{"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}]},
-    "output": {"picture": False, "fields_every": 1000},
+    "output": {"picture": False, "report": False, "fields_every": 1000},
 }
 
 
@@ -209,7 +212,12 @@ def test_a_run_that_viscosity_has_taken_over_is_stopped(folder):
 def test_a_push_along_the_critical_mode_leads_to_the_stable_branch(folder):
     """A long roller 2.5 mm into 8 mm: without a push the run stays on the branch that is no longer stable."""
     long_roller = DEMOS / "long_roller.toml"
-    settings = ["stack.divisions=[20, 1]", 'tool.path.0.travel=["0 mm", "0 mm", "-2.5 mm"]', "output.picture=false"]
+    settings = [
+        "stack.divisions=[20, 1]",
+        'tool.path.0.travel=["0 mm", "0 mm", "-2.5 mm"]',
+        "output.picture=false",
+        "output.report=false",
+    ]
     stays = run(Scene.read(long_roller, settings), folder / "stays").history
     lost = next(k for k, row in enumerate(stays) if row["negative_pivots"])
     assert all(row["negative_pivots"] > 0 for row in stays[lost:])

@@ -62,7 +62,7 @@ ON_THREE_RANKS = ("penalty and stitches", "memory of the laws", "order 2")
     "name", [pytest.param(name, marks=() if name in ON_THREE_RANKS else pytest.mark.two_ranks) for name in TABLES]
 )
 def test_a_run_that_goes_on_repeats_the_history_of_one_that_never_stopped(folder, name):
-    table = TABLES[name] | {"output": {"picture": False}}
+    table = TABLES[name] | {"output": {"picture": False, "report": False}}
     whole = run(Scene.from_table(table), folder / "whole")
     assert whole.done, whole.reason
     steps = len(whole.history) - 1
@@ -83,7 +83,7 @@ def test_a_run_that_goes_on_repeats_the_history_of_one_that_never_stopped(folder
 
 
 def test_a_rank_without_a_cell_saves_and_goes_on(folder):
-    table = law_case() | {"output": {"picture": False}}
+    table = law_case() | {"output": {"picture": False, "report": False}}
     table["stack"] = {"layers": 1, "size": ["4 mm", "4 mm"], "divisions": [1, 1]}
     whole = run(Scene.from_table(table), folder / "whole")
     run(Scene.from_table(table | {"solver": {"max_steps": 3}}), folder / "parts")
@@ -98,7 +98,7 @@ def files(folder):
 
 
 def test_a_restart_that_is_refused_writes_nothing_and_a_good_one_goes_on(folder):
-    table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 4}}
+    table = law_case() | {"output": {"picture": False, "report": False}, "solver": {"max_steps": 4}}
     run(Scene.from_table(table), folder / "run")
     before = files(folder / "run")
     other = table | {"stack": table["stack"] | {"divisions": [5, 2]}}
@@ -111,7 +111,7 @@ def test_a_restart_that_is_refused_writes_nothing_and_a_good_one_goes_on(folder)
 
 def test_a_scene_that_was_edited_in_the_folder_is_no_other_scene_of_the_checkpoint(folder):
     """The checkpoint knows its own scene: laws leave no trace in its fields."""
-    table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 2}}
+    table = law_case() | {"output": {"picture": False, "report": False}, "solver": {"max_steps": 2}}
     run(Scene.from_table(table), folder / "run")
     if COMM.rank == 0:
         edited = (folder / "run" / "scene.toml").read_text().replace('gravity = "9.81', 'gravity = "1.62')
@@ -125,7 +125,7 @@ def test_a_scene_that_was_edited_in_the_folder_is_no_other_scene_of_the_checkpoi
 
 def test_a_checkpoint_of_another_mesh_is_refused_before_anything_is_written(folder, monkeypatch):
     """A mesh file may have changed under its name, which no key tells."""
-    table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 2}}
+    table = law_case() | {"output": {"picture": False, "report": False}, "solver": {"max_steps": 2}}
     run(Scene.from_table(table), folder / "run")
     before = files(folder / "run")
     other = table | {"stack": table["stack"] | {"divisions": [5, 2]}}
@@ -138,7 +138,7 @@ def test_a_checkpoint_of_another_mesh_is_refused_before_anything_is_written(fold
 
 
 def test_a_longer_path_goes_on_where_the_shorter_one_ended(folder):
-    table = contact_case("penalty and stitches") | {"output": {"picture": False}}
+    table = contact_case("penalty and stitches") | {"output": {"picture": False, "report": False}}
     steps = {"first_step": "1 s", "largest_step": "2 s"}
     longer = {"tool": table["tool"] | {"path": [DOWN, ALONG | {"travel": ["2 mm", "0 mm", "0 mm"]}, UP]}}
     shorter = {"tool": table["tool"] | {"path": [DOWN, ALONG]}}
@@ -157,7 +157,7 @@ def test_a_longer_path_goes_on_where_the_shorter_one_ended(folder):
 
 
 def test_a_damaged_checkpoint_is_one_line(folder):
-    table = law_case() | {"output": {"picture": False}, "solver": {"max_steps": 2}}
+    table = law_case() | {"output": {"picture": False, "report": False}, "solver": {"max_steps": 2}}
     run(Scene.from_table(table), folder / "run")
     if COMM.rank == 0:
         content = (folder / "run" / NAME).read_bytes()

@@ -111,7 +111,7 @@ def test_the_fabric_under_a_plate_follows_its_law(folder):
             "path": [{"travel": ["0 mm", "0 mm", "-1 mm"], "speed": "5 mm/min"}, {"hold": "2 s"}],
         },
         "solver": {"force_tolerance": 1e-11},
-        "output": {"picture": False},
+        "output": {"picture": False, "report": False},
     }
     scene = Scene.from_table(table)
     result = run(scene, folder)

@@ -21,7 +21,7 @@ def pressed(folder, travel="-0.3 mm", solver=None, **tool):
         "gravity": "0 m/s^2",
         "tool": {"kind": "plate", "path": path} | tool,
         "solver": {"time_tolerance": 1.0} | (solver or {}),  # what is looked at are other limits
-        "output": {"picture": False},
+        "output": {"picture": False, "report": False},
     }
     result = run(Scene.from_table(table), folder)
     assert result.done

@@ -35,7 +35,12 @@ def test_values_that_do_not_converge_evenly_have_no_limit():
 
 def test_a_field_is_compared_cell_by_cell_with_a_finer_one(folder):
     """A coarse field that is made of the fine one's cells is off by what it cannot show."""
-    press = ["stack.divisions=[12, 2]", "output.picture=false", "tool.path.0.travel=['0 mm', '0 mm', '-0.1 mm']"]
+    press = [
+        "stack.divisions=[12, 2]",
+        "output.picture=false",
+        "output.report=false",
+        "tool.path.0.travel=['0 mm', '0 mm', '-0.1 mm']",
+    ]
     fine = VfField(run(Scene.read(FILE, press), folder).folder)
     assert fine.off(fine, 0.4) == 0
     coarse = VfField(folder)

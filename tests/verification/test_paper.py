@@ -107,7 +107,10 @@ def test_the_printed_fabric_shrinks_by_itself_and_the_shifted_one_does_not(folde
     rest = {}
     for toe in ("raw", "shift"):
         table = {"duration": "1 s", "gravity": "0 m/s^2", "laws": {"compaction": {"toe": toe}}}
-        table |= {"stack": {"layers": 1, "size": ["4 mm", "4 mm"], "divisions": [1, 1]}, "output": {"picture": False}}
+        table |= {
+            "stack": {"layers": 1, "size": ["4 mm", "4 mm"], "divisions": [1, 1]},
+            "output": {"picture": False, "report": False},
+        }
         rest[toe] = run(Scene.from_table(table), folder / toe).history[-1]["vf_mean"]
     assert rest["raw"] == pytest.approx(0.429852, abs=1e-6)
     assert 8 * (1 - VF0 / rest["raw"]) == pytest.approx(0.592, abs=1e-3)

@@ -63,7 +63,7 @@ def tables(draw):
         "interface": {"kind": draw(st.sampled_from(["one_sided", "stitched"]))} | enforced | friction,
         "tool": draw(TOOLS) | {"path": path, "penalty": float(draw(decades(0.1, 1e4, "")))} | enforced | friction,
         "solver": {"max_steps": 40, "first_step": draw(st.sampled_from(["1e9 s", None]))},
-        "output": {"picture": False, "fields_every": 1000},
+        "output": {"picture": False, "report": False, "fields_every": 1000},
     }
 
 

@@ -21,7 +21,7 @@ ROLLER = {
     "laws": {"shear": {"modulus": "1 MPa"}},
     "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.4 mm"], "speed": "1 mm/min"}]},
 }
-QUIET = {"output": {"picture": False, "fields_every": 1000}}
+QUIET = {"output": {"picture": False, "report": False, "fields_every": 1000}}
 WEIGHTLESS = {"gravity": "0 m/s^2"}  # the tool touches from the start: no step is shortened to its first touch
 
 

@@ -47,7 +47,7 @@ def roller(thickness, radius, depth, stack, steps=3):
                 "path": [{"travel": ["0 mm", "0 mm", f"{-depth} mm"], "speed": "1 mm/min"}],
             },
             "solver": {"first_step": step, "largest_step": step},
-            "output": {"picture": False, "fields_every": 100},
+            "output": {"picture": False, "report": False, "fields_every": 100},
         }
     )
 

@@ -1,0 +1,93 @@
+"""Which curves a page draws of a history: only those whose columns it has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.report.reading import Results
+
+MM, KPA = 1e3, 1e-3
+
+Lines = list[tuple[str, str]]
+"""Columns of the history with their labels."""
+
+
+def curves(results: Results) -> list[dict[str, Any]]:
+    """Curves with title, unit, factor from SI to it, columns and labels, as JSON."""
+    layers = [(f"vf_mean_layer_{n}", f"layer {n}") for n in range(1, results.scene.stack.layers + 1)]
+    tools = range(len(results.scene.tool))
+    forces = [(numbered("tool_force", n), f"tool {n + 1}") for n in tools] + [("support_force", "supports")]
+    pressures = [(numbered("pressure_max", n), f"tool {n + 1}") for n in tools] + [("mould_pressure_max", "mould")]
+    depths = [(numbered("penetration_max", n), f"tool {n + 1}") for n in tools] + [("mould_penetration_max", "mould")]
+    widths = [(numbered("contact_width", n), f"along x, tool {n + 1}") for n in tools]
+    widths += [(numbered("contact_length", n), f"along y, tool {n + 1}") for n in tools]
+    at = _by_interface(results)
+    found = [
+        _curve("Force", "N", 1, forces),
+        _curve("Vf in the stack", "1", 1, [("vf_min", "smallest"), ("vf_mean", "mean"), ("vf_max", "largest")]),
+        _curve("Mean Vf of the layers", "1", 1, layers),
+        _curve("Largest contact pressure", "kPa", KPA, pressures),
+        _curve("Extent of the contact", "mm", MM, widths),
+        _curve("Widest opening", "mm", MM, at("gap_max")),
+        _curve("Volume of the voids", "mm3", 1e9, at("void_volume")),
+        _curve("Largest slip of layers", "mm", MM, at("slip_max")),
+        _curve("Amplitude of wrinkles", "mm", MM, at("wrinkle_amplitude")),
+        _curve("Wavelength of wrinkles", "mm", MM, at("wrinkle_wavelength")),
+        _curve("Deepest penetration", "mm", MM, depths + at("interface_penetration_max")),
+        _curve("Work", "J", 1, [("tool_work", "of the tools"), ("tool_work_error", "its error by the steps")]),
+        _curve(
+            "Estimated errors and shares",
+            "1",
+            1,
+            [("vf_error", "of Vf by the mesh"), ("time_error", "in time"), ("viscous_share", "viscous share")],
+        ),
+        _curve("Negative pivots", "1", 1, [("negative_pivots", "negative pivots")]),
+        _curve("Iterations and cuts", "1", 1, [("newton_iterations", "iterations"), ("step_cuts", "cuts")]),
+        _curve("Size of the steps", "s", 1, [("time_step", "step")]),
+        _curve("Run time", "s", 1, [("wall_time", "wall time")]),
+    ]
+    history = results.history
+    present = [one | {"lines": [line for line in one["lines"] if line["column"] in history]} for one in found]
+    return [one for one in present if one["lines"]] + permeabilities(results)
+
+
+def _curve(title: str, unit: str, scale: float, lines: Lines) -> dict[str, Any]:
+    drawn = [{"column": column, "label": label} for column, label in lines]
+    return {"title": title, "unit": unit, "scale": scale, "lines": drawn, "table": "history"}
+
+
+def _by_interface(results: Results) -> Any:
+    """Lines of a column that there is one of for each interface."""
+
+    def lines(name: str) -> Lines:
+        return [
+            (column, f"layers {number} and {int(number) + 1}")
+            for column in results.interface_columns(name)
+            for number in [column.rsplit("_", 1)[1]]
+        ]
+
+    return lines
+
+
+def permeabilities(results: Results) -> list[dict[str, Any]]:
+    """Curves of the permeability, which stand in the field files and not in the history."""
+    if results.scene.output.permeability is None:
+        return []
+    return [
+        _curve(f"Permeability {way} the fibres", "m2", 1, [(f"permeability_{way}_{name}", name) for name in names])
+        | {"table": "snapshots"}
+        for way in ("along", "across")
+        for names in [("min", "mean", "max")]
+    ]
+
+
+def abscissae(results: Results) -> list[dict[str, Any]]:
+    """What curves can be drawn over, the best first: how far a tool has moved down only where it never goes back."""
+    over = [{"column": "time", "label": "time", "unit": "s", "scale": 1}]
+    for column in results.tool_columns("tool_displacement")[:1]:
+        if (np.diff(results.history[column]) >= 0).all() and len(results.scene.segments) == 1:
+            over.insert(0, {"column": column, "label": "tool displacement", "unit": "mm", "scale": MM})
+    return over

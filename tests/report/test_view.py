@@ -1,0 +1,241 @@
+"""The page in a browser: the view and its controls, what is read in it, that nothing complains or leaves the page."""
+
+import base64
+import csv
+import io
+import json
+import re
+import shutil
+import time
+
+import meshio
+import numpy as np
+import pytest
+from browser import NARROW, WIDE, opened
+
+from ncf_fenicsx.report.page import write_report
+from ncf_fenicsx.report.reading import Results
+
+pytestmark = pytest.mark.serial
+PAGE = "report.html"
+READ = """
+const [places, done] = arguments, canvas = document.querySelector('.view canvas'), found = [];
+const frame = () => new Promise((next) => requestAnimationFrame(next));
+(async () => {
+  for (const [x, y] of places) {
+    const box = canvas.getBoundingClientRect();
+    const at = {clientX: box.left + x * box.width, clientY: box.top + y * box.height};
+    canvas.dispatchEvent(new PointerEvent('pointermove', at));
+    await frame();
+    const read = document.querySelector('.view .read');
+    if (read.dataset.value !== '') found.push([Number(read.dataset.value), read.textContent]);
+  }
+  done(found);
+})();
+"""
+PICTURE = "return document.querySelector('.view canvas').toDataURL();"
+CURVE = "return [...document.querySelectorAll('figure')].find((f) => f.curve.content.title === arguments[0]).curve"
+
+
+@pytest.fixture
+def page(browser, results):
+    browser.open(results / PAGE)
+    return browser
+
+
+def picture(browser):
+    """The canvas of the view, after its next frame."""
+    browser.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    return browser.run(PICTURE)
+
+
+def all_readings(browser):
+    """Values by the number of their cell or node, from a grid of places."""
+    places = [(x, y) for x in np.linspace(0.2, 0.8, 7) for y in np.linspace(0.3, 0.7, 5)]
+    found = browser.driver.execute_async_script(READ, places)
+    return {int(words.split()[-1]): value for value, words in found}
+
+
+def step_of(browser):
+    """Largest rounding of the shown field that the page states."""
+    return float(re.search(r"rounded by (\S+)", browser.text("#range-note"))[1])
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW])
+@pytest.mark.parametrize("dark", [False, True])
+def test_opens_quietly_at_each_width(browser, results, size, dark):
+    browser.open(results / PAGE, size, dark)
+    assert browser.complaints() == []
+    assert browser.requests() == []
+    assert browser.overflow() <= 0
+    background = browser.run("return getComputedStyle(document.body).backgroundColor")
+    assert (background == "rgb(255, 255, 255)") != dark
+
+
+@pytest.mark.parametrize(
+    ("field", "factor", "of_cells", "share"),
+    [
+        ("volume_fraction", 1, True, 1.0),
+        ("volume_fraction", 1, True, 0.5),
+        ("stress_33", 1e-3, True, 1.0),
+        ("permeability_across", 1, True, 1.0),
+        ("contact_pressure", 1e-3, False, 1.0),
+        ("gap", 1e3, False, 1.0),
+        ("slip", 1e3, False, 0.5),
+        ("displacement", 1e3, False, 1.0),
+    ],
+)
+def test_values_read_equal_the_field_file(page, results, field, factor, of_cells, share):
+    snapshots = Results.read(results).snapshots
+    number = round(share * (len(snapshots) - 1))
+    page.change("step", number)
+    page.change("field", field, "change")
+    mesh = meshio.read(results / snapshots[number][1])
+    exact = mesh.cell_data[field][0] if of_cells else mesh.point_data[field]
+    exact = factor * (np.linalg.norm(exact, axis=1) if exact.ndim > 1 else exact)
+    found = all_readings(page)
+    assert len(found) > 5
+    room = 1.1 * step_of(page) + 1e-6 * np.abs(exact).max()  # the page states two digits; and single precision
+    for place, value in found.items():
+        assert value == pytest.approx(exact[place], abs=room), place
+
+
+def test_the_slider_shows_another_step(page, results):
+    before = picture(page)
+    assert page.text("#shown-time").endswith(
+        f"step {len(Results.read(results).snapshots)} of {len(Results.read(results).snapshots)}"
+    )
+    slider = page.driver.find_element("id", "step")
+    slider.send_keys("\ue011")  # Home
+    assert "step 1 of" in page.text("#shown-time")
+    slider.send_keys("\ue014")  # arrow to the right
+    assert "step 2 of" in page.text("#shown-time")
+    assert picture(page) != before
+
+
+def test_play_goes_on_and_stops(page):
+    page.press("play")
+    first = page.text("#shown-time")
+    page.wait(f"return document.getElementById('shown-time').textContent !== {json.dumps(first)}")
+    page.press("play")
+    held = page.text("#shown-time")
+    time.sleep(0.6)
+    assert page.text("#shown-time") == held
+
+
+def test_colours_over_one_step_have_its_range(page):
+    page.change("step", 1)
+    low, high = (float(page.text(f"#{name}")) for name in ("low", "high"))
+    page.change("range", "one", "change")
+    assert float(page.text("#high")) < high
+    assert float(page.text("#low")) >= low
+    ends = re.search(r": (\S+) to (\S+)$", page.text("#summary"))
+    assert ends.groups() == (page.text("#low"), page.text("#high"))
+
+
+def test_a_cut_shows_the_cells_behind_it(page, results):
+    mesh = meshio.read(results / Results.read(results).snapshots[-1][1])
+    middle = mesh.points[mesh.cells_dict["hexahedron"]].mean(axis=1)
+    page.change("cut-axis", "0", "change")
+    page.change("cut", 55)
+    assert page.text("#shown-cut") == "6.6 mm"
+    seen = sorted(all_readings(page))
+    assert len(seen) > 3
+    assert (middle[seen, 0] >= 6.6e-3).all()
+    assert not page.run("return document.getElementById('cut').disabled")
+
+
+def test_controls_change_the_picture(page):
+    seen = {picture(page)}
+    for control, value in (("scale", 6), ("apart", 15)):
+        page.change(control, value)
+        seen.add(picture(page))
+    for control in ("edges", "rigid", "mirror"):
+        page.press(control)
+        seen.add(picture(page))
+    assert len(seen) == 6
+    assert page.complaints() == []
+
+
+def test_layers_apart_stay_in_the_frame(page):
+    page.change("apart", 20)
+    corner = page.run(
+        "const c = document.querySelector('.view canvas'), g = c.getContext('webgl2'), p = new Uint8Array(4);"
+        "g.readPixels(2, 2, 1, 1, g.RGBA, g.UNSIGNED_BYTE, p); return [...p];"
+    )
+    assert corner[:3] == [255, 255, 255]
+
+
+def test_keys_turn_zoom_and_read(page):
+    canvas = page.driver.find_element("css selector", ".view canvas")
+    start = picture(page)
+    canvas.send_keys("\ue014\ue014")
+    turned = picture(page)
+    canvas.send_keys("+")
+    zoomed = picture(page)
+    canvas.send_keys("0")
+    assert len({start, turned, zoomed}) == 3
+    assert picture(page) == start
+    canvas.send_keys("\ue007")
+    assert "layer" in page.text(".view .read")
+
+
+def test_curves_are_the_history(page, results):
+    history = Results.read(results).history
+    rows = list(csv.reader(io.StringIO(page.run(f"{CURVE}.csv()", "Force"))))
+    assert rows[0] == ["tool displacement in mm", "tool 1, N", "supports, N"]
+    table = np.array(rows[1:], dtype=float)
+    wanted = [1e3 * history["tool_displacement"], history["tool_force"], history["support_force"]]
+    assert np.allclose(table, np.stack(wanted, axis=1), rtol=1e-12)
+    svg = page.run(f"{CURVE}.svg()", "Force")
+    assert svg.startswith("<svg")
+    assert svg.count("<polyline") == 2
+
+
+def test_profile_under_the_tool_is_the_field(page, results):
+    mesh = meshio.read(results / Results.read(results).snapshots[-1][1])
+    rows = list(csv.reader(io.StringIO(page.run(f"{CURVE}.csv()", "Pressure along x, tool 1"))))
+    table = np.array(rows[1:], dtype=float)
+    top = np.flatnonzero((mesh.points[:, 2] > 3.9e-3) & (mesh.points[:, 1] < 1e-9))
+    top = top[np.argsort(mesh.points[top, 0])]
+    exact = 1e-3 * mesh.point_data["contact_pressure"][top]
+    pressed = 1 + np.flatnonzero(exact)[-1]
+    assert pressed < len(table) < len(top)  # as far as there is pressure, and a little more
+    top, exact = top[: len(table)], exact[: len(table)]
+    assert np.allclose(table[:, 0], 1e3 * mesh.points[top, 0], atol=1e-5)
+    assert np.allclose(table[:, 1], exact, atol=1e-4 * exact.max())
+
+
+def test_a_page_without_webgl_shows_the_picture(results):
+    with opened("--disable-gpu", "--disable-3d-apis") as browser:
+        browser.open(results / PAGE)
+        assert "no WebGL 2" in browser.text("#no-view")
+        assert browser.run("return document.querySelector('#fallback img').clientWidth") > 300
+        assert browser.run("return document.getElementById('view').hidden")
+        assert browser.run("return document.querySelectorAll('figure').length") > 5
+
+
+def test_print_is_two_pages(page):
+    data = base64.b64decode(page.command("Page.printToPDF", preferCSSPageSize=True)["data"])
+    assert len(re.findall(rb"/Type\s*/Page\b", data)) == 2
+
+
+def test_a_page_without_fields_has_its_curves(browser, copied):
+    (copied / "fields.pvd").unlink()
+    shutil.rmtree(copied / "fields")
+    write_report(copied)
+    browser.open(copied / PAGE)
+    assert "no fields to draw" in browser.text("#no-view")
+    assert browser.complaints() == []
+    assert "Force" in browser.text("#curves")
+
+
+def test_thinned_steps_are_told(browser, copied, monkeypatch):
+    from ncf_fenicsx.report import page as pages
+
+    most = write_report(copied).stat().st_size - 3000
+    monkeypatch.setattr(pages, "MOST_BYTES", most)
+    assert write_report(copied).stat().st_size <= most
+    browser.open(copied / PAGE)
+    steps = len(Results.read(copied).snapshots)
+    assert re.fullmatch(rf"To keep the page small the view has \d+ of {steps} steps\.", browser.text("#thinned"))
