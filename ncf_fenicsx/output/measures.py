@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import compat
-from ncf_fenicsx.output.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, WAVE_COLUMNS, ContactMeasures
+from ncf_fenicsx.output.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, ContactMeasures
 from ncf_fenicsx.output.energies import COLUMNS as ENERGY_COLUMNS
 from ncf_fenicsx.output.energies import Energies
 from ncf_fenicsx.output.error_estimate import Recovery
+from ncf_fenicsx.output.face_waves import WAVE_COLUMNS
 
 Floats = NDArray[np.float64]
 
