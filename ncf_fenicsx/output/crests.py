@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 
 SHARE = 0.1
 """Height of a crest over that of the highest one from which on it is counted."""
+APART = 0.5
+"""Height of a crest, and depth of the dip before it, over another's height, from which on it is another wave."""
 NEAR, FAR = 0.01 ** (1 / 3), 0.08 ** (1 / 3)
 """Cube roots of the shares of a crest's height between which the face is followed down to where it lifts off.
 
@@ -63,13 +65,17 @@ class _Line:
 
 @dataclass(frozen=True)
 class _Peak:
-    """A node higher than its neighbours, its height over its troughs in m, and the nodes of these."""
+    """A node higher than its neighbours, nodes of the troughs on its two sides, and how many such there are."""
 
     line: _Line
     node: int
-    height: float
     troughs: tuple[int, int]
     count: int
+
+    @property
+    def height(self) -> float:
+        """Over the higher trough in m."""
+        return float(self.line.lift[self.node] - self.line.lift[list(self.troughs)].max())
 
 
 def highest_crest(undeformed: Floats, current: Floats, lift: Floats, model: Floats, floor: float) -> Crest:
@@ -101,7 +107,8 @@ def _is_inside(place: Floats, model: Floats) -> bool:
 def _lines(undeformed: Floats, current: Floats, lift: Floats, floor: float) -> Iterator[_Line]:
     """Lines along x and y whose lift varies by more than a floor (m)."""
     grid = grid_of(undeformed)
-    values = np.stack([grid.values(lift), *np.meshgrid(grid.x, grid.y), *map(grid.values, current.T)])
+    now = (grid.values(current[:, axis]) for axis in range(2))
+    values = np.stack([grid.values(lift), *np.meshgrid(grid.x, grid.y), *now])
     for axis, lines in enumerate((values.transpose(1, 0, 2), values.transpose(2, 0, 1))):
         for line in lines:
             known = line[:, np.isfinite(line[0])]
@@ -112,10 +119,22 @@ def _lines(undeformed: Floats, current: Floats, lift: Floats, floor: float) -> I
 def _peaks(line: _Line, floor: float) -> list[_Peak]:
     """The crests of a line whose height is above a floor (m)."""
     nodes = find_peaks(line.lift)[0]
-    heights, left, right = peak_prominences(line.lift, nodes)
+    heights = peak_prominences(line.lift, nodes)[0]
     count = int(np.count_nonzero(heights >= SHARE * heights.max(initial=floor)))
-    found = zip(nodes, heights, left, right, strict=True)
-    return [_Peak(line, int(n), float(h), (int(a), int(b)), count) for n, h, a, b in found if h > floor]
+    peaks = []
+    for node, height in zip(nodes, heights, strict=True):
+        if height > floor:
+            level, high = line.lift[node] - APART * height, nodes[heights >= APART * height]
+            apart = [other for other in high if line.lift[min(node, other) : max(node, other) + 1].min() <= level]
+            peaks.append(_Peak(line, int(node), _troughs(line.lift, int(node), np.array(apart, dtype=int)), count))
+    return peaks
+
+
+def _troughs(lift: Floats, node: int, others: NDArray[np.int64]) -> tuple[int, int]:
+    """Lowest nodes between a crest and the next ones, or the ends of the line; of equal ones that next to the crest."""
+    left = int(others[others < node].max(initial=0))
+    right = int(others[others > node].min(initial=len(lift) - 1))
+    return node - int(np.argmin(lift[left : node + 1][::-1])), node + int(np.argmin(lift[node : right + 1]))
 
 
 def _measured(peak: _Peak) -> Crest:

@@ -80,7 +80,7 @@ class ExplicitRun:
             self.measures = Measures(self.problem)
             self.differences = CentralDifferences(self.problem, settings, self.interruption.reason)
             energies = self.measures.energies.state
-            self.time_step = TimeStep(self.problem, self.differences.solve, [energies], predicts=False)
+            self.time_step = TimeStep(self.problem, self.differences.solve, energies, predicts=False)
         on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", self.problem.scene.to_toml())
