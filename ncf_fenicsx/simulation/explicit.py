@@ -21,7 +21,7 @@ from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
-from ncf_fenicsx.simulation.run_record import Result, record, untouched
+from ncf_fenicsx.simulation.run_record import Result, record, untouched, wrinkle
 from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.stepping import Ending, March
 from ncf_fenicsx.solver.timing import Phases
@@ -154,7 +154,8 @@ class ExplicitRun:
                 self.results.fields(ended.time)
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)
-        self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, self._more()))
+        more = self._more() | wrinkle(self.problem, self.history, self.progress)
+        self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, more))
         if self.scene.output.picture and self.history:
             on_root(self.comm, lambda: draw_summary(self.results.folder))
 
