@@ -54,8 +54,8 @@ COLUMNS = {
 """Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``.
 
 A solid has no Vf, and none of its columns. Columns of tools are those of the first; ``tool_force_2`` and so on are of
-the next ones, ``mould_...`` of the mould. Columns that end with N are of the interface above layer N; a bonded one has
-those of its waves.
+the next ones, ``mould_...`` of the mould and of the face on it, which has its waves, too. Columns of waves that end
+with N are of the upper face of layer N, the others of the interface above it; a bonded one has none of these.
 """
 
 
