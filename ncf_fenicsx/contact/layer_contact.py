@@ -49,6 +49,8 @@ class LayerContact:
         held: holds layers that would touch nowhere; None where something pulls them back.
         multiplier: field of state at the nodes; None unless the enforcement keeps one.
         traction: field with the tangential traction in Pa at the end of the last step; None without friction.
+        slid: how far what is faced has slid over the lower faces in the step in m, without what springs back, times the
+            share of each node that something faces, shape (3,); None without friction.
         state: all that the contact remembers.
     """
 
@@ -84,6 +86,7 @@ class LayerContact:
             self.multiplier = field_on_face(f"{name}.multiplier", multiplier, face, face.density(self.pressure))
             self.state.append(self.multiplier)
         self.traction = spaces.vector() if settings.friction is not None else None
+        self.slid: Expression | None = None
         self._tangential = self._tangential_traction()
         self._compile()
         self.update()
@@ -124,6 +127,7 @@ class LayerContact:
             stiffness = constants(settings.friction.stiffness.resolve(self.body.natural_stiffness))
             stuck = tangential(self.traction, self._normal) + stiffness * moved
             traction = friction_traction(stuck, self.pressure, constants(settings.friction.coefficient))
+            self.slid = self._coverage * (stuck - traction) / stiffness
             density = self.face.density(traction)
             self.state.append(field_on_face(f"{self.name}.traction", self.traction, self.face, density))
         if self._slip_field is not None:

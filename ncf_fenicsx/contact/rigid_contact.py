@@ -46,6 +46,8 @@ class RigidContact:
         held: where contact is kept for the first linear solves of a step.
         multiplier: field of state at the nodes; None unless the enforcement keeps one.
         traction: field with the tangential traction in Pa at the end of the last step; None without friction.
+        slid: how far the surface has slid over the fabric in the step in m, without what springs back, shape (3,); None
+            without friction.
         state: all that the contact remembers.
     """
 
@@ -69,6 +71,7 @@ class RigidContact:
             self.multiplier = field_on_face(f"{name}.multiplier", multiplier, face, self.pressure_form)
             self.state.append(self.multiplier)
         self.traction, self._normal, traction = None, None, None
+        self.slid: Expression | None = None
         if surface.friction is not None:
             self.traction, self._normal = spaces.vector(), spaces.vector()
             self._normal_form = face.density(ufl.diff(self.gap, point))
@@ -106,7 +109,9 @@ class RigidContact:
         slip = self._advance + ufl.cross(self._turn, arm) - self.body.step_displacement
         stiffness = constants(surface.friction.stiffness.resolve(self.body.natural_stiffness))
         stuck = tangential(self.traction + stiffness * slip, self._normal)
-        return friction_traction(stuck, self.pressure, constants(surface.friction.coefficient))
+        traction = friction_traction(stuck, self.pressure, constants(surface.friction.coefficient))
+        self.slid = (stuck - traction) / stiffness
+        return traction
 
     def move(self, time: float, size: float) -> None:
         """Put the surface where it is after a step from ``time`` by ``size`` (s)."""

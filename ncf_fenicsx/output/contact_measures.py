@@ -12,16 +12,14 @@ from ncf_fenicsx.contact.rigid_contact import RigidContact
 from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh.faces import SharedFace
-from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.output.contact_edges import extent
+from ncf_fenicsx.output.face_waves import FaceWaves, LayerFace, mould_columns, numbered_by_layer
+from ncf_fenicsx.output.mould_void import OPEN, VOID_COLUMNS, MouldVoid
 from ncf_fenicsx.output.symmetry import WholeFace
 from ncf_fenicsx.output.voids import contact_extent, voids
-from ncf_fenicsx.output.wrinkles import grid_of, wrinkles
+from ncf_fenicsx.output.wrinkles import grid_of
 
 Floats = NDArray[np.float64]
-
-OPEN = 0.01
-"""Opening over a layer's thickness from which on it is a void with a length."""
 
 RIGID_COLUMNS = {
     "pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
@@ -33,18 +31,10 @@ RIGID_COLUMNS = {
     "penetration_max": ("m", "deepest penetration of a node"),
 }
 OPENING_COLUMNS = {
-    "gap_max": ("m", "widest opening"),
-    "void_volume": ("m3", "volume of the openings, of the whole"),
-    "void_longest": ("m", "longest extent along x or y of a connected opening wider than 1 % of a layer"),
+    **VOID_COLUMNS,
     "slip_max": ("m", "largest slip of the two faces along each other since the start"),
     "interface_pressure_max": ("Pa", "largest contact pressure at a node, per current area"),
     "interface_penetration_max": ("m", "deepest penetration of a node"),
-}
-WAVE_COLUMNS = {
-    "wrinkle_amplitude": ("m", "half the difference of highest and lowest deflection of the face"),
-    "wrinkle_wavelength": ("m", "twice the mean distance of zero crossings on the highest line; 0 without a wave"),
-    "misalignment_max": ("rad", "largest angle between a line of the face and its undeformed direction"),
-    "curvature_max": ("1/m", "largest second derivative of the deflection along a line of the face"),
 }
 
 
@@ -55,6 +45,7 @@ class ContactMeasures:
         problem: what is measured.
 
     Attributes:
+        waves: of the faces of layers.
         nodes: ``contact_pressure`` (Pa, per current area), ``gap`` (m, between layers) and ``slip`` (m) at this rank's
             local nodes in the last observed state, of which a scene has what it names.
     """
@@ -64,17 +55,14 @@ class ContactMeasures:
         area_vector = problem.material.kinematics(problem.displacement).area_vector
         self.rigid = [_RigidFace(contact, area_vector, problem) for contact in problem.contacts.rigid]
         self.layers = [_LowerFace(contact, area_vector) for contact in problem.contacts.layers]
-        self.faces = [self._face_above(layer) for layer in range(problem.scene.stack.layers - 1)]
+        self.waves = FaceWaves(problem)
+        self._mould_void: MouldVoid | None = None
+        if problem.contacts.mould is not None and self.waves.lower is not None:
+            self._mould_void = MouldVoid(problem.contacts.mould, self.waves.lower, area_vector, problem)
         self._contact_of = {
             face.layer: layer for layer in self.layers for face in layer.contact.pairing.interfaces
         }  # of those that may open
         self.nodes: dict[str, Floats] = {}
-
-    def _face_above(self, layer: int) -> tuple[SharedFace, WholeFace]:
-        """Upper face of a layer, and itself with its mirror images."""
-        stack, spaces = self.problem.stack, self.problem.contacts.body.spaces
-        face = SharedFace(spaces, stack.facets(lower_tag(layer)))
-        return face, WholeFace(face.undeformed, face.quads, self.problem.scene.stack.sides)
 
     def observe(self) -> dict[str, float]:
         """Columns of the history in the trial state; keeps the fields at nodes."""
@@ -82,14 +70,15 @@ class ContactMeasures:
         tools = len(self.problem.contacts.tools)
         row: dict[str, float] = {}
         for number, rigid in enumerate(self.rigid):
-            names = (numbered(name, number) if number < tools else f"mould_{name}" for name in RIGID_COLUMNS)
-            row |= dict(zip(names, rigid.columns(), strict=True))
-        displacement = self.problem.displacement.x.array.reshape(-1, 3)
-        for number, (face, whole) in enumerate(self.faces):
-            values = dict(zip(WAVE_COLUMNS, self._waves(face, whole, displacement), strict=True))
-            if number in self._contact_of:
-                values = self._opening(face, whole, self._contact_of[number]) | values
-            row |= {f"{name}_{number + 1}": value for name, value in values.items()}
+            values = dict(zip(RIGID_COLUMNS, rigid.columns(), strict=True))
+            of_tool = {numbered(name, number): value for name, value in values.items()}
+            row |= of_tool if number < tools else mould_columns(values)
+        waves = self.waves.observe()
+        for layer, face in enumerate(self.waves.upper):
+            opening = self._opening(face, self._contact_of[layer]) if layer in self._contact_of else {}
+            row |= numbered_by_layer(opening | waves[layer], layer)
+        if self._mould_void is not None:
+            row |= mould_columns(self._mould_void.observe() | waves[-1])
         return row
 
     def _fields(self) -> None:
@@ -100,30 +89,16 @@ class ContactMeasures:
             slips = [np.linalg.norm(layer.contact.slipped(), axis=1) for layer in self.layers]
             self.nodes["slip"] = np.sum(slips, axis=0)
 
-    def _opening(self, face: SharedFace, whole: WholeFace, layer: _LowerFace) -> dict[str, float]:
+    def _opening(self, face: LayerFace, layer: _LowerFace) -> dict[str, float]:
         """Values of `OPENING_COLUMNS`."""
-        gap, area, slip, pressure = (
-            face.gather(values)[whole.source]
-            for values in (self.nodes["gap"], layer.contact.face.area, self.nodes["slip"], layer.pressure)
-        )
-        positions, least = whole.positions(face.undeformed)[:, :2], OPEN * self.problem.scales.length
-        open_ = voids(positions, whole.quads, gap, area, least)
+        fields = (self.nodes["gap"], layer.contact.face.area, self.nodes["slip"], layer.pressure)
+        gap, area, slip, pressure = map(face.gather, fields)
+        open_ = voids(face.undeformed[:, :2], face.whole.quads, gap, area, OPEN * self.problem.scales.length)
         # a node on a symmetry plane has but a part of its share in the model
-        volume = self.problem.scene.stack.sides.copies * float(face.gather(layer.opened_volume()).sum())
+        volume = self.problem.scene.stack.sides.copies * float(face.shared.gather(layer.opened_volume()).sum())
         deepest = float((-gap).max(initial=0.0))
         values = [open_.widest_opening, volume, open_.longest, float(slip.max()), float(pressure.max()), deepest]
         return dict(zip(OPENING_COLUMNS, values, strict=True))
-
-    def _waves(self, face: SharedFace, whole: WholeFace, displacement: Floats) -> list[float]:
-        """Values of `WAVE_COLUMNS` of a displacement in m at this rank's local nodes, shape (nodes, 3)."""
-        deflection = face.gather(displacement)[whole.source, 2]
-        waves = wrinkles(whole.positions(face.undeformed)[:, :2], deflection)
-        return [waves.amplitude, waves.wavelength, waves.misalignment, waves.curvature]
-
-    def wavelength(self, displacement: Floats) -> float:
-        """Wavelength in m of the face between layers that a displacement at this rank's local nodes deflects most."""
-        waves = [self._waves(face, whole, displacement) for face, whole in self.faces]
-        return max(waves, default=[0.0, 0.0])[1]
 
 
 class _CurrentArea:

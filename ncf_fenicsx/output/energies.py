@@ -1,4 +1,4 @@
-"""Work of the tools, and what a viscosity that only stabilises the solution has taken of it."""
+"""Work of the tools and of friction, and what a viscosity that only stabilises the solution has taken of it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.state_fields import Location, StateField
+from ncf_fenicsx.output.friction_work import FrictionWork
 from ncf_fenicsx.output.tool_work import ToolWork
 
 Floats = NDArray[np.float64]
@@ -19,6 +20,10 @@ Floats = NDArray[np.float64]
 COLUMNS = {
     "tool_work": ("J", "work of the tools on the fabric since the start, of the whole"),
     "tool_work_error": ("J", "estimated error of that by the size of the steps"),
+    "friction_work": (
+        "J",
+        "what friction of tools, mould and layers has dissipated since the start, of the whole",
+    ),
     "viscous_force": (
         "N",
         "sum of the sizes of the vertical forces of a viscosity that stabilises the stack, of the whole",
@@ -34,15 +39,17 @@ class Energies:
         problem: what is measured.
 
     Attributes:
-        state: sums so far, and forces and positions of the tools at the ends of the last steps.
+        state: sums so far, and forces, positions and pressures at the ends of the last steps.
         work: of the tools.
+        friction: its work.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.copies = problem, problem.scene.stack.sides.copies
         self._viscous: tuple[Any, Any] | None = None
         numbers = np.zeros(1 + ToolWork.size(3 * len(problem.contacts.tools)))
-        self.state = StateField("energies", Location.EVERYWHERE, numbers)
+        self.friction = FrictionWork(problem)
+        self.state = [StateField("energies", Location.EVERYWHERE, numbers), *self.friction.state]
         self._taken = numbers[:1]
         self.work = ToolWork(numbers[1:], problem.scene.milestones)
 
@@ -70,4 +77,6 @@ class Energies:
         forces = self.copies * np.array([tool.force() for tool in tools]).ravel()
         self.work.add(time, forces, np.array([tool.tip.value for tool in tools]).ravel())
         columns = {"tool_work": self.work.total, "tool_work_error": self.work.error} if tools else {}
-        return columns | (self._stabilised() if self.problem.scene.solver.may_stabilise else {})
+        return (
+            columns | self.friction.observe() | (self._stabilised() if self.problem.scene.solver.may_stabilise else {})
+        )

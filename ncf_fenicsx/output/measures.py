@@ -10,13 +10,15 @@ from dolfinx import fem
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import compat
-from ncf_fenicsx.output.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, WAVE_COLUMNS, ContactMeasures
+from ncf_fenicsx.output.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, ContactMeasures
 from ncf_fenicsx.output.energies import COLUMNS as ENERGY_COLUMNS
 from ncf_fenicsx.output.energies import Energies
 from ncf_fenicsx.output.error_estimate import Recovery
+from ncf_fenicsx.output.face_waves import WAVE_COLUMNS
+from ncf_fenicsx.output.forces import FORCE_COLUMNS, Forces
+from ncf_fenicsx.output.mould_void import VOID_COLUMNS
 
 Floats = NDArray[np.float64]
 
@@ -24,9 +26,7 @@ COLUMNS = {
     "time": ("s", "time at the end of the step"),
     "time_step": ("s", "size of the step"),
     "tool_displacement": ("m", "how far the tool has moved down"),
-    "tool_force": ("N", "upward force of the fabric on the tool, of the whole, mirror images included"),
-    "support_force": ("N", "upward force of the supports, mould included, on the fabric, of the whole"),
-    "weight": ("N", "weight of the fabric, of the whole; support_force = the tools' forces + weight"),
+    **FORCE_COLUMNS,
     "vf_min": ("1", "smallest fibre volume fraction, by cell"),
     "vf_mean": ("1", "mean fibre volume fraction over the undeformed volume"),
     "vf_max": ("1", "largest fibre volume fraction, by cell"),
@@ -37,6 +37,7 @@ COLUMNS = {
     **ENERGY_COLUMNS,
     **RIGID_COLUMNS,
     **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
+    **{f"mould_{name}": meaning for name, meaning in VOID_COLUMNS.items()},
     "negative_pivots": (
         "1",
         "of the tangent at the end of the step: 0 is stable; where it is symmetric. "
@@ -53,8 +54,8 @@ COLUMNS = {
 """Columns of ``history.csv`` with unit and meaning; ``vf_mean_layer_1`` (bottom) and so on follow ``vf_max``.
 
 A solid has no Vf, and none of its columns. Columns of tools are those of the first; ``tool_force_2`` and so on are of
-the next ones, ``mould_...`` of the mould. Columns that end with N are of the interface above layer N; a bonded one has
-those of its waves.
+the next ones, ``mould_...`` of the mould and of the face on it, which has its waves, too. Columns of waves that end
+with N are of the upper face of layer N, the others of the interface above it; a bonded one has none of these.
 """
 
 
@@ -67,14 +68,14 @@ class Measures:
     Attributes:
         cells: means over this rank's cells in the last observed state, by name: ``volume_fraction`` (1), ``stress_33``
             (Pa), ``permeability_along`` and ``permeability_across`` (m2), of which a scene has what it names.
+        forces: of tools, mould and held sides.
         contacts: measures of contacts, with their fields at nodes.
-        energies: work of the tools.
+        energies: work of the tools and of friction.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         scene, mesh = problem.scene, problem.mesh
-        self.copies = scene.stack.sides.copies
         cells = fem.functionspace(mesh, ("DG", 0))
         indicator = ufl.TestFunction(cells)
         material, volumes = problem.material, problem.volumes
@@ -89,7 +90,7 @@ class Measures:
         self._volume = self._integrals("volume")
         self._recovery = Recovery(problem.contacts.body.spaces.scalars, self._volume)
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
-        self._weight = self._vertical_force(weight)
+        self.forces = Forces(problem, weight)
         self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
 
     def observe(self, residual: Floats, time: float) -> dict[str, float]:
@@ -104,30 +105,10 @@ class Measures:
         if permeability is not None:
             vf = self.cells["volume_fraction"]
             self.cells |= {"permeability_along": permeability.along(vf), "permeability_across": permeability.across(vf)}
-        row = self._tools() | self._supports(residual) | {"weight": self.copies * self._weight}
+        row = self.forces.observe(residual)
         if self.has_fibres:
             row |= self._volume_fractions(self.cells["volume_fraction"])
         return row | self.energies.observe(time) | self.contacts.observe()
-
-    def _tools(self) -> dict[str, float]:
-        row = {}
-        for number, tool in enumerate(self.problem.contacts.tools):
-            row[numbered("tool_displacement", number)] = tool.lowered()
-            row[numbered("tool_force", number)] = self.copies * float(tool.force()[2])
-        return row
-
-    def _supports(self, residual: Floats) -> dict[str, float]:
-        problem = self.problem
-        support = problem.comm.allreduce(float(residual[problem.supports.vertical_dofs].sum()))
-        if problem.contacts.mould is not None:
-            support -= float(problem.contacts.mould.force()[2])
-        return {"support_force": self.copies * support}
-
-    def _vertical_force(self, form: Any) -> float:
-        """Sum of the nodal forces along z of a compiled residual term in N, of the modelled part; 0 for None."""
-        if form is None:
-            return 0.0
-        return float(self.problem.comm.allreduce(self.problem.contacts.body.spaces.forces(form)[:, 2].sum()))
 
     def _volume_fractions(self, vf: Floats) -> dict[str, float]:
         comm, stack = self.problem.comm, self.problem.stack

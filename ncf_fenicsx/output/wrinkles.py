@@ -33,8 +33,9 @@ class Wrinkles:
     Attributes:
         amplitude: half the difference between highest and lowest deflection in m.
         wavelength: ``crossing_wavelength`` of the line with the largest amplitude in m, 0 without a wave.
-        misalignment: largest angle between a line and its undeformed direction in rad.
-        curvature: largest second derivative of the deflection along a line in 1/m.
+        misalignment: largest angle between a deformed line and its undeformed direction in rad; above pi/2 where the
+            surface overhangs.
+        curvature: largest curvature of a deformed line in 1/m.
     """
 
     amplitude: float
@@ -43,23 +44,24 @@ class Wrinkles:
     curvature: float
 
 
-def wrinkles(positions: Floats, deflection: Floats, floor: float = FLOOR) -> Wrinkles:
+def wrinkles(positions: Floats, displacement: Floats, floor: float = FLOOR) -> Wrinkles:
     """Measures the waves of a surface.
 
     For w = A sin(2 pi x / l) the misalignment tends to atan(2 pi A / l) and the curvature to A (2 pi / l)^2. The lines
-    are those of the nodes if these form a grid, else those of a grid that the deflection is fitted to.
+    are those of the nodes if these form a grid, else those of a grid that the displacement is fitted to. They are
+    followed along their nodes, so a surface may rotate as far as it likes.
 
     Args:
         positions: undeformed positions of the nodes in plan in m, shape (nodes, 2).
-        deflection: height now minus height undeformed in m, shape (nodes,).
+        displacement: of the nodes in m, shape (nodes, 3).
         floor: lines with a smaller amplitude in m are flat.
     """
     grid = grid_of(positions)
-    w = grid.values(deflection)
-    along = [_steepest(grid.x, w, floor), _steepest(grid.y, w.T, floor)]
-    slope, curvature = np.max(along, axis=0)
+    u, v, w = (grid.values(component) for component in displacement.T)
+    along = [_steepest(grid.x + u, w, floor), _steepest((grid.y[:, None] + v).T, w.T, floor)]
+    angle, curvature = np.max(along, axis=0)
     wavelength = crossing_wavelength(*_highest_line(grid, w), floor)
-    return Wrinkles(float(np.ptp(deflection)) / 2, wavelength, math.atan(slope), float(curvature))
+    return Wrinkles(float(np.ptp(displacement[:, 2])) / 2, wavelength, float(angle), float(curvature))
 
 
 @dataclass(frozen=True)
@@ -186,11 +188,12 @@ def spectral_wavelength(position: Floats, deflection: Floats, floor: float = FLO
 
 
 def _steepest(position: Floats, w: Floats, floor: float) -> tuple[float, float]:
-    """Largest slope of segments and second derivative (1/m, three points) of lines that are not flat."""
-    lines, steps = w[_amplitudes(w) > floor], np.diff(position)
-    slope = np.diff(lines, axis=1) / steps
-    second = 2 * np.diff(slope, axis=1) / (steps[1:] + steps[:-1])
-    return _largest(slope), _largest(second)
+    """Largest angle (rad) of segments of lines that are not flat, and curvature (1/m): what two of them turn by."""
+    high = _amplitudes(w) > floor
+    along, up = np.diff(position[high], axis=1), np.diff(w[high], axis=1)
+    angle, length = np.arctan2(up, along), np.hypot(along, up)
+    turn = (np.diff(angle, axis=1) + np.pi) % (2 * np.pi) - np.pi
+    return _largest(angle), _largest(2 * turn / (length[:, 1:] + length[:, :-1]))
 
 
 def _largest(values: Floats) -> float:

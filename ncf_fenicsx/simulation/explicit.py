@@ -22,7 +22,7 @@ from ncf_fenicsx.simulation.central_differences import CentralDifferences
 from ncf_fenicsx.simulation.closing_pictures import draw_closing_pictures
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
-from ncf_fenicsx.simulation.run_record import Result, record, untouched
+from ncf_fenicsx.simulation.run_record import Result, record, untouched, wrinkle
 from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.stepping import Ending, March
 from ncf_fenicsx.solver.timing import Phases
@@ -91,7 +91,7 @@ class ExplicitRun:
             self.measures = Measures(self.problem)
             self.differences = CentralDifferences(self.problem, settings, self.interruption.reason)
             energies = self.measures.energies.state
-            self.time_step = TimeStep(self.problem, self.differences.solve, [energies], predicts=False)
+            self.time_step = TimeStep(self.problem, self.differences.solve, energies, predicts=False)
         on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)
         self.results.text("scene.toml", self.problem.scene.to_toml())
@@ -165,7 +165,8 @@ class ExplicitRun:
                 self.results.fields(ended.time)
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)
-        self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, self._more()))
+        more = self._more() | wrinkle(self.problem, self.history, self.progress)
+        self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, more))
         if self.history:
             draw_closing_pictures(self.results, self.scene.output, self.progress, self.comm)
 

