@@ -104,7 +104,7 @@ def _nothing(scene: Scene, history: list[Row]) -> str:
     times = [row["time"] for row in history if _faces(scene, row)]
     least = f"{_number(MM * SEEN * scene.stack.thickness)} mm, a tenth of a layer's thickness"
     past = f"; one did from {times[0]:.4g} s to {times[-1]:.4g} s" if times else ""
-    return f"no wrinkle: no face rises by {least}{past}"
+    return f"no wrinkle: no crest stands out by {least}{past}"
 
 
 def _sentence(scene: Scene, time: float, wrinkle: Wrinkle) -> str:

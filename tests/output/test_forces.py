@@ -42,7 +42,9 @@ def check_balance(history, axis):
     parts = [of(history, name) for name in names] + [-of(history, f"support_force_{axis}")]
     largest = np.abs(parts).max()
     assert largest > 0
-    assert np.abs(np.sum(parts, axis=0)).max() < 1e-6 * largest
+    missing = np.abs(np.sum(parts, axis=0))
+    assert missing.max() < 1e-6 * largest
+    assert np.all(missing <= 1e-6 * np.abs(of(history, "support_force")))
 
 
 def test_a_plate_that_slides_over_a_sheet_dissipates_mu_n_d(folder):

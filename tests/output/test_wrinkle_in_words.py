@@ -70,10 +70,10 @@ def test_the_place_without_a_way_without_a_tool_and_beside_two():
 def test_nothing_is_said_to_be_nothing_and_what_is_gone_too():
     found = wrinkle_record(scene(), [row(0.0), row(15.0, h1=0.049e-3)])
     assert found == {
-        "wrinkle": "no wrinkle: no face rises by 0.05 mm, a tenth of a layer's thickness",
+        "wrinkle": "no wrinkle: no crest stands out by 0.05 mm, a tenth of a layer's thickness",
         "wrinkle_measures": None,
     }
     gone = wrinkle_record(scene(), [row(0.0), row(3.0, h1=1e-3), row(4.0, h1=1e-3), row(15.0)])["wrinkle"]
-    assert gone == "no wrinkle: no face rises by 0.05 mm, a tenth of a layer's thickness; one did from 3 s to 4 s"
+    assert gone == "no wrinkle: no crest stands out by 0.05 mm, a tenth of a layer's thickness; one did from 3 s to 4 s"
     between = wrinkle_record(scene(), [row(15.0, h1=1e-3, lift=0.0)])  # what is left between two tools
     assert between["wrinkle_measures"] is None
