@@ -86,6 +86,22 @@ class Kinematics:
 
 
 @dataclass(frozen=True)
+class ShearedOneWay(Kinematics):
+    """Strains whose transverse shear is the part along one direction in the plane of the fibres.
+
+    Args:
+        direction: unit vector, shape (2,).
+    """
+
+    direction: Expression = None
+
+    @cached_property
+    def transverse_shear(self) -> Expression:
+        """The part of (C_13, C_23) along the direction."""
+        return ufl.dot(super().transverse_shear, self.direction) * self.direction
+
+
+@dataclass(frozen=True)
 class ExtrapolatedKinematics(Kinematics):
     """Strains whose C is the one that the linear model at another state predicts for this one.
 

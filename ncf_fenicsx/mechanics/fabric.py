@@ -10,15 +10,21 @@ import ufl
 
 from ncf_fenicsx.laws.bending import MomentTable
 from ncf_fenicsx.laws.in_plane import InPlaneLaw
-from ncf_fenicsx.laws.kinematics import Expression, ExtrapolatedKinematics, Kinematics, deformation_gradient, in_plane
+from ncf_fenicsx.laws.kinematics import (
+    Expression,
+    ExtrapolatedKinematics,
+    Kinematics,
+    ShearedOneWay,
+    deformation_gradient,
+    in_plane,
+)
 from ncf_fenicsx.laws.law import CompactionStep
 from ncf_fenicsx.mechanics.material import Clock, Material, Volumes, normal_stress_of
 from ncf_fenicsx.scene.laws import Laws
 
-SHARE_AT_ALL_POINTS = 0.05
-"""Of the transverse shear of layers that bend: 0.05 leaves a twentieth of the locking, and no motion without energy."""
 LEAST_MEMBRANE = 1e-3
-"""The same of the membrane, where bending has no modulus that all points could have: fibres are stiffer by far more."""
+"""Share of the membrane at all points where bending is a table, without a modulus that all points could have instead:
+with none some motions in the plane would be free. Fibres are stiffer by far more."""
 
 
 @dataclass(frozen=True)
@@ -141,11 +147,20 @@ class Fabric(Material):
     def _shear_energy(self, kinematics: Kinematics, volumes: Volumes) -> ufl.Form:
         """Energy (J) of transverse shear.
 
-        Layers that bend apart from their membrane are thin, and an element as long as it is high would lock: it cannot
-        bend without transverse shear but in its centre. So the energy is that of few points; a share of that at all
-        points stays, as some motions of the nodes shear no centre (Hughes, Cohen, Haroun 1978; Belytschko et al. 1981).
+        Layers that bend apart from their membrane are thin, and their elements would lock: where one bends along an
+        axis, it is free of transverse shear along it only half-way (order 1) or at two points (order 2). So each part
+        of the shear is looked at by the rule of its axis (Hughes and Tezduyar 1981), and what both parts have together,
+        in laws where they do not add up, by either rule in equal shares.
         """
-        energy = self.laws.shear.energy(kinematics)
+        energy = self.laws.shear.energy
         if self.laws.bending is None:
-            return energy * volumes.all
-        return SHARE_AT_ALL_POINTS * energy * volumes.all + (1 - SHARE_AT_ALL_POINTS) * energy * volumes.reduced
+            return energy(kinematics) * volumes.all
+        F, initial, measure = (
+            kinematics.deformation_gradient,
+            kinematics.initial_volume_fraction,
+            kinematics.measure,
+        )
+        parts = [energy(ShearedOneWay(F, initial, measure, direction=axis)) for axis in volumes.axes]
+        both = energy(kinematics) - parts[0] - parts[1]
+        forms = [(part + both / 2) * rule for part, rule in zip(parts, volumes.shear, strict=True)]
+        return forms[0] + forms[1]

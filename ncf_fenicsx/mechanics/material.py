@@ -53,14 +53,17 @@ class Volumes:
     Attributes:
         all: over the whole volume.
         mid_plane: over the mid-planes of the elements, each standing for its element's thickness.
-        reduced: over the whole volume, by so few points in the plane of a layer that no element locks in bending.
-        reduced_mid_plane: over the mid-planes by as few: neither a change of volume nor a stiff membrane locks there.
+        reduced_mid_plane: the same by so few points that neither a change of volume nor a stiff membrane locks there.
+        shear: over the whole volume, for transverse shear along each axis of an element in its plane: so that none
+            locks in bending.
+        axes: directions of those axes in the plane, unit vectors of shape (2,), square to each other.
     """
 
     all: Any
     mid_plane: Any
-    reduced: Any
     reduced_mid_plane: Any
+    shear: tuple[Any, Any]
+    axes: tuple[Expression, Expression]
 
     @classmethod
     def on(cls, mesh: Any, element: Element) -> Volumes:
@@ -69,8 +72,17 @@ class Volumes:
         def measure(points: Floats, weights: Floats) -> Any:
             return ufl.Measure("dx", domain=mesh, metadata=compat.rule_metadata(points, weights, 2 * element.order))
 
-        rules = element.volume_rule, element.mid_plane_rule, element.reduced_rule, element.reduced_mid_plane_rule
-        return cls(*(measure(*rule) for rule in rules))
+        shear = measure(*element.shear_rule(0)), measure(*element.shear_rule(1))
+        J = ufl.Jacobian(mesh)
+        edge = ufl.as_vector([J[0, 0], J[1, 0]])
+        first = edge / ufl.sqrt(ufl.dot(edge, edge))
+        return cls(
+            all=measure(*element.volume_rule),
+            mid_plane=measure(*element.mid_plane_rule),
+            reduced_mid_plane=measure(*element.reduced_mid_plane_rule),
+            shear=shear,
+            axes=(first, ufl.perp(first)),
+        )
 
 
 class Material(ABC):

@@ -99,10 +99,17 @@ class Element:
         """
         return _on_mid_plane(*self._reduced_plane_rule)
 
-    @cached_property
-    def reduced_rule(self) -> tuple[Floats, Floats]:
-        """Points (points, 3) and weights: two through the layer, in its plane those of `reduced_mid_plane_rule`."""
-        return _through_layer(*self._reduced_plane_rule)
+    def shear_rule(self, axis: int) -> tuple[Floats, Floats]:
+        """Points (points, 3) and weights of `volume_rule` with one less along an axis in the plane, 0 or 1.
+
+        An element that bends along an axis has transverse shear along it that only these points do not see.
+        """
+        few, many = (
+            basix.make_quadrature(basix.CellType.interval, 2 * order - 1) for order in (self.order, self.order + 1)
+        )
+        (x, along_x), (y, along_y) = (few, many) if axis == 0 else (many, few)
+        plane = np.array([[*p, *q] for p in x for q in y])
+        return _through_layer(plane, np.outer(along_x, along_y).ravel())
 
     @property
     def face_rule(self) -> dict[str, Any]:

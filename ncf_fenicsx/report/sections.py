@@ -20,6 +20,8 @@ SCALES = (1, 2, 5, 10, 20, 50, 100)
 """How many times as large as lengths heights may be drawn."""
 FLATTEST, HIGHEST = 12.0, 4.0
 """Width over height of a section above which its heights are drawn larger, and below which more of it is shown."""
+ROUND_OFF = 1e-9
+"""Share of the stack's width that positions are off by at most."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ def cut(mesh: meshio.Mesh, y: float) -> Section:
     cells = mesh.cells_dict["hexahedron"]
     corners = mesh.points[cells][:, :, 1]
     low, high = corners.min(axis=1), corners.max(axis=1)
-    y = min(max(y, low.min()), high.max() - 1e-9 * np.ptp(corners))
-    held = np.flatnonzero((low <= y + 1e-12) & (y < high - 1e-12))
+    y = min(max(y, low.min()), high.max() - ROUND_OFF * np.ptp(corners))
+    held = np.flatnonzero((low <= y) & (y < high))
     front = np.take_along_axis(cells[held], np.argsort(corners[held], axis=1, kind="stable")[:, :4], axis=1)
     flat = mesh.points[front][:, :, [0, 2]]
     around = flat - flat.mean(axis=1, keepdims=True)
