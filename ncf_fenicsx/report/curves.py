@@ -24,7 +24,7 @@ def curves(results: Results) -> list[dict[str, Any]]:
     depths = [(numbered("penetration_max", n), f"tool {n + 1}") for n in tools] + [("mould_penetration_max", "mould")]
     widths = [(numbered("contact_width", n), f"along x, tool {n + 1}") for n in tools]
     widths += [(numbered("contact_length", n), f"along y, tool {n + 1}") for n in tools]
-    at = _by_interface(results)
+    at, waves = _by_interface(results), _by_layer(results)
     found = [
         _curve("Force", "N", 1, forces),
         _curve("Vf in the stack", "1", 1, [("vf_min", "smallest"), ("vf_mean", "mean"), ("vf_max", "largest")]),
@@ -34,8 +34,8 @@ def curves(results: Results) -> list[dict[str, Any]]:
         _curve("Widest opening", "mm", MM, at("gap_max")),
         _curve("Volume of the voids", "mm3", 1e9, at("void_volume")),
         _curve("Largest slip of layers", "mm", MM, at("slip_max")),
-        _curve("Amplitude of wrinkles", "mm", MM, at("wrinkle_amplitude")),
-        _curve("Wavelength of wrinkles", "mm", MM, at("wrinkle_wavelength")),
+        _curve("Height of wrinkles", "mm", MM, waves("wrinkle_height")),
+        _curve("Wavelength of wrinkles", "mm", MM, waves("wrinkle_wavelength")),
         _curve("Deepest penetration", "mm", MM, depths + at("interface_penetration_max")),
         _curve("Work", "J", 1, [("tool_work", "of the tools"), ("tool_work_error", "its error by the steps")]),
         _curve(
@@ -70,6 +70,12 @@ def _by_interface(results: Results) -> Any:
         ]
 
     return lines
+
+
+def _by_layer(results: Results) -> Any:
+    """Lines of a column that there is one of for each layer's upper face."""
+    layers = range(1, results.scene.stack.layers + 1)
+    return lambda name: [(f"{name}_{layer}", f"top of layer {layer}") for layer in layers]
 
 
 def permeabilities(results: Results) -> list[dict[str, Any]]:

@@ -18,8 +18,6 @@ VISCOUS = 0.01
 """Share of the tools' work that viscosity has taken from which on it is a warning."""
 UNBALANCED = 1e-4
 """What is left of the balance of forces, over the largest of them, from which on it is a warning."""
-FLAT = 1e-9
-"""Amplitude in m up to which a face is flat."""
 
 
 @dataclass(frozen=True)
@@ -127,15 +125,16 @@ def _void(results: Results) -> Figure | None:
 
 
 def _wrinkle(results: Results) -> Figure | None:
-    found = _largest(results, results.interface_columns("wrinkle_amplitude"))
+    heights = [column for column in results.history if column.startswith("wrinkle_height_")]
+    found = _largest(results, heights)
     if found is None:
         return None
     column, row, value = found
     number = column.rsplit("_", 1)[1]
-    wavelength = results.history[f"wrinkle_wavelength_{number}"][row]
-    wave = f"wavelength {short(1e3 * wavelength)} mm" if wavelength else "one dent" if value > FLAT else "flat"
-    where = f"{_at(results, row)}, top of layer {number}; {wave}"
-    return Figure("Highest wrinkle, amplitude", f"{short(1e3 * value)} mm", where, column, row)
+    length = results.history[f"wrinkle_length_{number}"][row]
+    shape = f"{short(1e3 * length)} mm long between its lift-off points" if length else "no crest"
+    where = f"{_at(results, row)}, top of layer {number}; {shape}"
+    return Figure("Highest wrinkle", f"{short(1e3 * value)} mm", where, column, row)
 
 
 def _cost(results: Results) -> list[Figure]:
