@@ -20,7 +20,7 @@ def check() -> None:
     from packaging.requirements import Requirement
 
     import ncf_fenicsx.cli
-    import ncf_fenicsx.simulation  # noqa: F401
+    import ncf_fenicsx.simulation.simulation  # noqa: F401
 
     project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
     found = {f"python {project['requires-python']}": platform.python_version()}

@@ -19,7 +19,11 @@ DEBIAN = {
 """Debian's packages that are called neither python3-NAME nor NAME."""
 BESIDE = {"python3-dev", "python3-pip", "python3-dolfinx-real"}
 """Packages that no dependency asks for: headers for compiled forms, what installs the rest, DOLFINx's real half."""
-MODULES = {"fenics-dolfinx": {"dolfinx", "basix", "ufl"}, "pydantic": {"pydantic", "pydantic_core"}}
+MODULES = {
+    "fenics-dolfinx": {"dolfinx", "basix", "ufl"},
+    "pydantic": {"pydantic", "pydantic_core"},
+    "matplotlib": {"matplotlib", "mpl_toolkits"},
+}
 """What is imported from a dependency under other names than its own."""
 CONDA = {"gmsh": "python-gmsh"}
 

@@ -23,8 +23,7 @@ from ncf_fenicsx.mechanics.material import Clock, Material, Volumes, normal_stre
 from ncf_fenicsx.scene.laws import Laws
 
 LEAST_MEMBRANE = 1e-3
-"""Share of the membrane at all points where bending is a table, without a modulus that all points could have instead:
-with none some motions in the plane would be free. Fibres are stiffer by far more."""
+"""Share of the membrane at all points where it is looked at by few: with none, some motions in the plane are free."""
 
 
 @dataclass(frozen=True)
@@ -134,15 +133,18 @@ class Fabric(Material):
         return self._fibres(lambda law: ufl.inner(law.stress(predicted) - law.stress(now), second_change), volumes)
 
     def _fibres(self, density: Callable[[InPlaneLaw], Expression], volumes: Volumes) -> ufl.Form:
-        """Integral of a density of the in-plane laws: the fibres' own, and that of bending off the mid-plane."""
+        """Integral of a density of the in-plane laws: the fibres' own, and that of bending off the mid-plane.
+
+        Of a layer that bends apart from its membrane, this is looked at by so few points that it does not lock.
+        """
         fibres, bending = density(self.laws.in_plane), self.laws.bending
         if bending is None:
             return fibres * volumes.all
-        if not isinstance(bending, InPlaneLaw):
-            at_all = LEAST_MEMBRANE * fibres * volumes.mid_plane
-            return at_all + (1 - LEAST_MEMBRANE) * fibres * volumes.reduced_mid_plane
-        varying = density(bending)
-        return (fibres - varying) * volumes.reduced_mid_plane + varying * volumes.all
+        varying = density(bending) if isinstance(bending, InPlaneLaw) else None
+        membrane = fibres if varying is None else fibres - varying
+        at_few = (1 - LEAST_MEMBRANE) * membrane * volumes.reduced_mid_plane
+        form = LEAST_MEMBRANE * membrane * volumes.mid_plane + at_few
+        return form if varying is None else form + varying * volumes.all
 
     def _shear_energy(self, kinematics: Kinematics, volumes: Volumes) -> ufl.Form:
         """Energy (J) of transverse shear.

@@ -90,7 +90,7 @@ NO_RATE = {"rate": {"kind": "none"}}
         (NO_RATE | {"shear": {"kind": "table"}}, {"volume_fraction"}, 0, 1),
         (NO_RATE | {"in_plane": {"kind": "fibre_families"}}, {"volume_fraction"}, 0, 1),
         (NO_RATE | {"in_plane": {"kind": "fibre_families", "plies": [[0], [90]]}}, {"volume_fraction"}, 2, 1),
-        (NO_RATE | {"bending": {}}, {"volume_fraction"}, 0, 4),
+        (NO_RATE | {"bending": {}}, {"volume_fraction"}, 0, 5),
         (NO_RATE | {"bending": {"kind": "table"}}, {"volume_fraction"}, 0, 5),
         ({"solid": {}}, set(), 0, 2),
         ({"solid": {"volume_integration": "full"}}, set(), 0, 1),
