@@ -1,5 +1,6 @@
 """Where the project's files stand, and the program as a user calls it."""
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -20,3 +21,12 @@ def call(*arguments, ranks=1, folder=None, environment=None):
     return subprocess.run(
         command, cwd=folder, env=ENVIRONMENT | (environment or {}), capture_output=True, text=True, check=False
     )
+
+
+def script(path):
+    """A script of the project, a demo's or a mesh's, as a module."""
+    spec = importlib.util.spec_from_file_location(f"{path.stem}_of_a_test", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module

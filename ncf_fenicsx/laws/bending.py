@@ -7,11 +7,11 @@ from typing import Self
 import ufl
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import Constants, impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw, plane_stress_energy
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Conditions, Law
-from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
 from ncf_fenicsx.units import Curvature, LineMoment, PositiveStress
 
 LEAST_CURVATURE = 1e-6
@@ -28,6 +28,11 @@ class BendingLaw(Law):
         most = max(conditions.elements_through)
         if most > 1:
             raise impossible("stack.through", most, "expected 1 with laws.bending, taken at mid-plane")
+
+    def moments(self, kinematics: Kinematics) -> Expression | None:
+        """Moments per width in N, shape (2, 2); None of a law whose stress varies across the layer instead."""
+        del kinematics
+        return None
 
 
 class MidPlane(BendingLaw, HyperelasticInPlaneLaw):
@@ -59,7 +64,7 @@ class MidPlane(BendingLaw, HyperelasticInPlaneLaw):
         return self.modulus
 
 
-class MomentTable(BendingLaw):
+class MomentTable(Tabulated, BendingLaw):
     """Energy per area of the principal curvatures, each the integral of a measured table of moment over curvature.
 
     The curvature is that of the fibres' plane as the material across it turns, kappa_ab = sym(F_a . d F_3/dX_b) /
@@ -72,6 +77,7 @@ class MomentTable(BendingLaw):
     """
 
     kind = "table"
+    columns = ("curvature", "moment")
     curvature: tuple[Curvature, ...] = parameter(
         ("1 1/m", "2 1/m", "2.29 1/m", "5 1/m", "10 1/m", "15 1/m", "20 1/m"),
         min_length=1,
@@ -84,19 +90,13 @@ class MomentTable(BendingLaw):
     )
 
     @model_validator(mode="after")
-    def _ascending(self) -> Self:
-        ascending(self, ("curvature", "moment"))
+    def _signs_agree(self) -> Self:
         for curvature, moment in zip(self.curvature, self.moment, strict=True):
             if curvature * moment <= 0:
                 expected = "expected curvatures and moments of the same sign; no curvature has no moment"
                 raise impossible("moment", list(self.moment), expected)
         if self.curvature[-1] < 0:
             raise impossible("curvature", list(self.curvature), "expected positive ones, or of both signs")
-        return self
-
-    def with_constants(self, constants: Constants) -> Self:
-        """The table itself: its numbers are compiled into the forms."""
-        del constants
         return self
 
     @property

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from itertools import product
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
 import ufl
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from ncf_fenicsx.kinds import Constants, impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import Conditions, Law, number, positive
-from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
 from ncf_fenicsx.units import PositiveStress, Stress
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -161,13 +161,14 @@ class Gutowski(CompactionLaw):
         return self.spring * (bent - slope * positive(-gain))
 
 
-class Table(CompactionLaw):
+class Table(Tabulated, CompactionLaw):
     """Monotone, continuously differentiable cubic through (Vf, pressure), moved to zero at Vf0, straight at its ends.
 
     Slopes are those of Fritsch and Carlson 1980, as scipy's PCHIP has them.
     """
 
     kind = "table"
+    columns = ("volume_fraction", "stress")
     volume_fraction: tuple[VolumeFraction, ...] = parameter(
         (0.38, 0.40, 0.42, 0.46, 0.50, 0.55, 0.60, 0.65), min_length=2, description="fibre volume fractions, ascending"
     )
@@ -176,11 +177,6 @@ class Table(CompactionLaw):
         min_length=2,
         description="pressure at each, ascending",
     )
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
-        ascending(self, ("volume_fraction", "stress"))
-        return self
 
     def caution(self, conditions: Conditions) -> str | None:
         """The table is moved where its data is not zero at Vf0."""
@@ -193,11 +189,6 @@ class Table(CompactionLaw):
     def data_range(self) -> tuple[float, float] | None:
         """Vf of the first and last entry."""
         return self.volume_fraction[0], self.volume_fraction[-1]
-
-    def with_constants(self, constants: Constants) -> Self:
-        """The table itself: its numbers are compiled into the forms."""
-        del constants
-        return self
 
     def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """Interpolated pressure less that at Vf0, in Pa."""

@@ -84,6 +84,14 @@ class Kinematics:
             self.volume_ratio if self.measure == "volume" else self.thickness_stretch
         )
 
+    def sheared_along(self, direction: Expression) -> ShearedOneWay:
+        """The same, with the part of the transverse shear along a unit vector in the plane of the fibres alone."""
+        return ShearedOneWay(self.deformation_gradient, self.initial_volume_fraction, self.measure, direction)
+
+    def extrapolated_from(self, start: Expression) -> ExtrapolatedKinematics:
+        """The same as the linear model at another state, with a deformation gradient ``start``, predicts them."""
+        return ExtrapolatedKinematics(self.deformation_gradient, self.initial_volume_fraction, self.measure, start)
+
 
 @dataclass(frozen=True)
 class ShearedOneWay(Kinematics):

@@ -9,13 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
-from typing import Any, Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 import ufl
+from pydantic import model_validator
 from scipy.interpolate import PchipInterpolator
 
-from ncf_fenicsx.kinds import impossible
+from ncf_fenicsx.kinds import Constants, Kind, impossible
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import is_symbolic, positive
 
@@ -134,20 +135,27 @@ def between(number: Expression, length: float) -> Expression:
     return positive(number) - positive(number - float(length))
 
 
-def ascending(table: Any, names: Sequence[str], above: float | None = None) -> None:
-    """Raise unless the columns of a table have as many entries as the first one, each ascending.
+class Tabulated(Kind):
+    """A law given by the columns of a table: as many entries in each, ascending, and compiled into the forms.
 
-    Args:
-        table: with the columns as attributes.
-        names: of the columns.
-        above: what the first entries are larger than; None for no such bound.
+    Attributes:
+        columns: names of the fields that are the table.
     """
-    count = len(getattr(table, names[0]))
-    for name in names:
-        values = list(getattr(table, name))
-        if len(values) != count:
-            raise impossible(name, values, f"expected {count} entries, as {names[0]} has")
-        if np.any(np.diff(values) <= 0):
-            raise impossible(name, values, "expected ascending numbers")
-        if above is not None and values[0] <= above:
-            raise impossible(name, values, f"expected numbers above {above:g}")
+
+    columns: ClassVar[tuple[str, ...]]
+
+    @model_validator(mode="after")
+    def _columns_ascend(self) -> Self:
+        count = len(getattr(self, self.columns[0]))
+        for name in self.columns:
+            values = list(getattr(self, name))
+            if len(values) != count:
+                raise impossible(name, values, f"expected {count} entries, as {self.columns[0]} has")
+            if np.any(np.diff(values) <= 0):
+                raise impossible(name, values, "expected ascending numbers")
+        return self
+
+    def with_constants(self, constants: Constants) -> Self:
+        """Copy with constants, but the table itself: the curve through it is made of numbers."""
+        table = {name: getattr(self, name) for name in self.columns}
+        return super().with_constants(constants).model_copy(update=table)

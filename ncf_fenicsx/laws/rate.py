@@ -8,10 +8,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ncf_fenicsx.kinds import Constants, impossible, parameter
+from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import CompactionStep, Conditions, Law, positive, real
-from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
 from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
 
 PositiveFactor = Annotated[float, Field(gt=0)]
@@ -134,29 +134,20 @@ class KellyRate(ClosingSpeedRate):
         )
 
 
-class RateTable(ClosingSpeedRate):
+class RateTable(Tabulated, ClosingSpeedRate):
     """A measured factor over speed: monotone and continuously differentiable, level beyond the table and at rest.
 
     A factor of 1 belongs to the speed at which the compaction law was fitted.
     """
 
     kind = "table"
+    columns = ("closing_speed", "factors")
     closing_speed: tuple[PositiveSpeed, ...] = parameter(
         ("1 mm/min", "2 mm/min", "5 mm/min"), min_length=2, description="closing speeds, ascending"
     )
     factors: tuple[PositiveFactor, ...] = parameter(
         (0.6632, 1.0, 1.8404), min_length=2, description="factor at each, ascending (the default: Eq. 4 at its speeds)"
     )
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
-        ascending(self, ("closing_speed", "factors"))
-        return self
-
-    def with_constants(self, constants: Constants) -> Self:
-        """Copy with constants, but the table itself: its numbers are compiled into the forms."""
-        table = {"closing_speed": self.closing_speed, "factors": self.factors}
-        return super().with_constants(constants).model_copy(update=table)
 
     def factor(self, speed: Expression) -> Expression:
         """Interpolated factor."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Self
+from typing import Annotated
 
 import ufl
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from ncf_fenicsx.kinds import Constants, parameter
+from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Law, number
-from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, ascending
+from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
 from ncf_fenicsx.units import PositiveStress
 
 LEAST_SLIDE = 1e-10
@@ -63,7 +63,7 @@ class GrowingShear(ConstantShear):
         return growth * super().energy(kinematics)
 
 
-class ShearTable(ShearLaw):
+class ShearTable(Tabulated, ShearLaw):
     """W = integral of tau(slide) from 0 to sqrt(C_13^2 + C_23^2), tau a measured table: shear that softens.
 
     tau is the stress per reference area in simple shear, and the slide the tangent of its angle. The curve is
@@ -71,6 +71,7 @@ class ShearTable(ShearLaw):
     """
 
     kind = "table"
+    columns = ("angle", "stress")
     angle: tuple[Angle, ...] = parameter(
         (0.023, 0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0),
         min_length=1,
@@ -91,16 +92,6 @@ class ShearTable(ShearLaw):
         min_length=1,
         description="shear stress at each, ascending (Broberg et al. 2024: a preform of 18 plies with binder)",
     )
-
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
-        ascending(self, ("angle", "stress"))
-        return self
-
-    def with_constants(self, constants: Constants) -> Self:
-        """The table itself: its numbers are compiled into the forms."""
-        del constants
-        return self
 
     @property
     def _curve(self) -> MonotoneCubic:

@@ -8,16 +8,8 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.laws.bending import MomentTable
 from ncf_fenicsx.laws.in_plane import InPlaneLaw
-from ncf_fenicsx.laws.kinematics import (
-    Expression,
-    ExtrapolatedKinematics,
-    Kinematics,
-    ShearedOneWay,
-    deformation_gradient,
-    in_plane,
-)
+from ncf_fenicsx.laws.kinematics import Expression, Kinematics, deformation_gradient, in_plane
 from ncf_fenicsx.laws.law import CompactionStep
 from ncf_fenicsx.mechanics.material import Clock, Material, Volumes, normal_stress_of
 from ncf_fenicsx.scene.laws import Laws
@@ -107,12 +99,11 @@ class Fabric(Material):
         compaction = -self.pressure(kinematics) * stretch_change * volumes.all
         shear = ufl.derivative(self._shear_energy(kinematics, volumes), displacement, variation)
         change = in_plane(ufl.sym(kinematics.deformation_gradient.T * ufl.grad(variation)))
-        fibres = self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes)
-        work = fibres + compaction + shear
-        if isinstance(self.laws.bending, MomentTable):
+        work = self._fibres(lambda law: ufl.inner(law.stress(kinematics), change), volumes) + compaction + shear
+        moments = None if self.laws.bending is None else self.laws.bending.moments(kinematics)
+        if moments is not None:
             bent = ufl.derivative(kinematics.curvature, displacement, variation)
-            per_area = ufl.inner(self.laws.bending.moments(kinematics), bent)
-            work += per_area / self.thickness * volumes.mid_plane
+            work += ufl.inner(moments, bent) / self.thickness * volumes.mid_plane
         return work
 
     def extrapolated_tangent(
@@ -126,9 +117,7 @@ class Fabric(Material):
         residual, and so the solution, stay as they are. (Magisano, Leonetti, Garcea 2017, "mixed integration point".)
         """
         now, start = self.kinematics(displacement), deformation_gradient(last_iterate)
-        predicted = ExtrapolatedKinematics(
-            now.deformation_gradient, now.initial_volume_fraction, now.measure, start=start
-        )
+        predicted = now.extrapolated_from(start)
         second_change = in_plane(ufl.sym(ufl.grad(variation).T * ufl.grad(increment)))
         return self._fibres(lambda law: ufl.inner(law.stress(predicted) - law.stress(now), second_change), volumes)
 
@@ -157,12 +146,7 @@ class Fabric(Material):
         energy = self.laws.shear.energy
         if self.laws.bending is None:
             return energy(kinematics) * volumes.all
-        F, initial, measure = (
-            kinematics.deformation_gradient,
-            kinematics.initial_volume_fraction,
-            kinematics.measure,
-        )
-        parts = [energy(ShearedOneWay(F, initial, measure, direction=axis)) for axis in volumes.axes]
+        parts = [energy(kinematics.sheared_along(axis)) for axis in volumes.axes]
         both = energy(kinematics) - parts[0] - parts[1]
         forms = [(part + both / 2) * rule for part, rule in zip(parts, volumes.shear, strict=True)]
         return forms[0] + forms[1]

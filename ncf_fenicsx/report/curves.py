@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ def curves(results: Results) -> list[dict[str, Any]]:
     depths = [(numbered("penetration_max", n), f"tool {n + 1}") for n in tools] + [("mould_penetration_max", "mould")]
     widths = [(numbered("contact_width", n), f"along x, tool {n + 1}") for n in tools]
     widths += [(numbered("contact_length", n), f"along y, tool {n + 1}") for n in tools]
-    at, waves = _by_interface(results), _by_layer(results)
+    at, waves = partial(_by_interface, results), partial(_by_layer, results)
     found = [
         _curve("Force", "N", 1, forces),
         _curve("Vf in the stack", "1", 1, [("vf_min", "smallest"), ("vf_mean", "mean"), ("vf_max", "largest")]),
@@ -59,23 +60,15 @@ def _curve(title: str, unit: str, scale: float, lines: Lines) -> dict[str, Any]:
     return {"title": title, "unit": unit, "scale": scale, "lines": drawn, "table": "history"}
 
 
-def _by_interface(results: Results) -> Any:
+def _by_interface(results: Results, name: str) -> Lines:
     """Lines of a column that there is one of for each interface."""
-
-    def lines(name: str) -> Lines:
-        return [
-            (column, f"layers {number} and {int(number) + 1}")
-            for column in results.interface_columns(name)
-            for number in [column.rsplit("_", 1)[1]]
-        ]
-
-    return lines
+    numbers = [(column, int(column.rsplit("_", 1)[1])) for column in results.interface_columns(name)]
+    return [(column, f"layers {number} and {number + 1}") for column, number in numbers]
 
 
-def _by_layer(results: Results) -> Any:
+def _by_layer(results: Results, name: str) -> Lines:
     """Lines of a column that there is one of for each layer's upper face."""
-    layers = range(1, results.scene.stack.layers + 1)
-    return lambda name: [(f"{name}_{layer}", f"top of layer {layer}") for layer in layers]
+    return [(column, f"top of layer {column.rsplit('_', 1)[1]}") for column in results.layer_columns(name)]
 
 
 def permeabilities(results: Results) -> list[dict[str, Any]]:

@@ -125,8 +125,7 @@ def _void(results: Results) -> Figure | None:
 
 
 def _wrinkle(results: Results) -> Figure | None:
-    heights = [column for column in results.history if column.startswith("wrinkle_height_")]
-    found = _largest(results, heights)
+    found = _largest(results, results.layer_columns("wrinkle_height"))
     if found is None:
         return None
     column, row, value = found

@@ -84,7 +84,14 @@ class Results:
 
     def interface_columns(self, name: str) -> list[str]:
         """Columns of the history of that name, one for each interface that has it."""
-        columns = [f"{name}_{number}" for number in range(1, self.scene.stack.layers)]
+        return self._numbered_columns(name, self.scene.stack.layers - 1)
+
+    def layer_columns(self, name: str) -> list[str]:
+        """Columns of the history of that name, one for each layer that has it."""
+        return self._numbered_columns(name, self.scene.stack.layers)
+
+    def _numbered_columns(self, name: str, count: int) -> list[str]:
+        columns = [f"{name}_{number}" for number in range(1, count + 1)]
         return [column for column in columns if column in self.history]
 
 

@@ -49,7 +49,7 @@ class Stabilisation:
 
     def in_trouble(self, share: float) -> bool:
         """Whether a step is such a share of its piece's first one only where steps have failed again and again."""
-        return share < (TROUBLE if self.told else UNTOLD_TROUBLE)
+        return share < self._trouble
 
     def start(self) -> None:
         """Have it come, if it is not there yet."""
@@ -58,16 +58,14 @@ class Stabilisation:
     def failed(self, share: float) -> None:
         """Raise it after a step failed that was such a share of its piece's first one, if that is in trouble."""
         if not self.value:
-            if share < self._comes_below:
+            if share < (PLAIN_TROUBLE if self.told and not self.stability_lost else self._trouble):
                 self.start()
         elif share < (DEEP_TROUBLE if self.told else UNTOLD_DEEP_TROUBLE):
             self.value *= RAISE
 
     @property
-    def _comes_below(self) -> float:
-        if not self.told:
-            return UNTOLD_TROUBLE
-        return TROUBLE if self.stability_lost else PLAIN_TROUBLE
+    def _trouble(self) -> float:
+        return TROUBLE if self.told else UNTOLD_TROUBLE
 
     def held(self, share: float) -> None:
         """Lower it after a step held that was such a share of its piece's first one, out of trouble."""

@@ -1,12 +1,9 @@
 """Hertz's line contact, from `demos/verification/hertz.py`: half width, peak and profile of the pressure."""
 
-import importlib.util
-import sys
-
 import numpy as np
 import pytest
 from mpi4py import MPI
-from program import DEMOS
+from program import DEMOS, script
 
 pytestmark = pytest.mark.two_ranks
 
@@ -17,12 +14,7 @@ DEMO = DEMOS / "verification" / "hertz.py"
 @pytest.fixture
 def hertz():
     """The demo as a module."""
-    spec = importlib.util.spec_from_file_location("hertz_of_this_test", DEMO)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules[spec.name]
+    return script(DEMO)
 
 
 def test_a_cylinder_on_a_thick_block_is_hertz_s_line_contact(hertz, folder):

@@ -3,7 +3,6 @@
 The block is that of `demos/verification/incompressible.py`.
 """
 
-import importlib.util
 import itertools
 
 import numpy as np
@@ -22,7 +21,7 @@ from linear_solids import (
     tube,
     tube_in_closed_form,
 )
-from program import DEMOS
+from program import DEMOS, script
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.output.measures import Measures
@@ -30,10 +29,7 @@ from ncf_fenicsx.output.measures import Measures
 pytestmark = pytest.mark.serial
 
 KINDS = ("logarithmic", "split")
-SPEC = importlib.util.spec_from_file_location("incompressible_demo", DEMOS / "verification" / "incompressible.py")
-DEMO = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(DEMO)
-block = DEMO.block
+block = script(DEMOS / "verification" / "incompressible.py").block
 
 
 @pytest.mark.parametrize(("order", "counts"), TUBES)
