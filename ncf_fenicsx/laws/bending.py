@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Self
 
 import ufl
@@ -28,6 +29,10 @@ class BendingLaw(Law):
         most = max(conditions.elements_through)
         if most > 1:
             raise impossible("stack.through", most, "expected 1 with laws.bending, taken at mid-plane")
+
+    @abstractmethod
+    def stiffness_per_width(self, thickness: float) -> float:
+        """Moment per width over curvature in N m of a layer at rest, of a thickness in m."""
 
     def moments(self, kinematics: Kinematics) -> Expression | None:
         """Moments per width in N, shape (2, 2); None of a law whose stress varies across the layer instead."""
@@ -57,6 +62,10 @@ class MidPlane(BendingLaw, HyperelasticInPlaneLaw):
     def energy(self, in_plane_cauchy_green: Expression) -> Expression:
         """W in J/m3."""
         return plane_stress_energy(in_plane_cauchy_green, self.modulus, self.poisson)
+
+    def stiffness_per_width(self, thickness: float) -> float:
+        """Modulus t^3 / (12 (1 - poisson^2)) in N m."""
+        return self.modulus * thickness**3 / (12 * (1 - self.poisson**2))
 
     @property
     def stiffness(self) -> Expression:
@@ -110,6 +119,12 @@ class MomentTable(Tabulated, BendingLaw):
         split = sum(value < 0 for value in self.curvature)
         curvature = (*self.curvature[:split], 0.0, *self.curvature[split:])
         return MonotoneCubic.through(curvature, (*self.moment[:split], 0.0, *self.moment[split:]))
+
+    def stiffness_per_width(self, thickness: float) -> float:
+        """Slope of the table to its first positive curvature in N m, whatever the thickness."""
+        del thickness
+        first = sum(value < 0 for value in self.curvature)
+        return self.moment[first] / self.curvature[first]
 
     def moment_at(self, curvature: Expression) -> Expression:
         """Moment per width in N at positive curvatures (1/m)."""

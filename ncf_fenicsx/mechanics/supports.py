@@ -37,7 +37,8 @@ def support(space: Any, stack: StackMesh, scene: Scene) -> Supports:
         if side != "free" and not (name == "bottom" and scene.mould is not None):
             held += [(name, axis) for axis in range(3) if side == "fixed" or axis == NORMAL_AXIS[name]]
     conditions = [_condition(space, stack.facets(name), axis) for name, axis in held]
-    dofs = np.unique(np.concatenate([condition.dof_indices()[0] for condition in conditions]))
+    none = np.zeros(0, dtype=np.int32)
+    dofs = np.unique(np.concatenate([none, *(condition.dof_indices()[0] for condition in conditions)]))
     owned = 3 * space.dofmap.index_map.size_local
     return Supports(conditions, dofs, dofs[(dofs < owned) & (dofs % 3 == 2)])
 

@@ -57,6 +57,7 @@ class TimeStep:
         more: what is to be remembered beside the problem's own state.
         predicts: whether the last step predicts displacement and contact of the next one: so where equilibrium is
             sought, not in a march with inertia.
+        shape_violation: in words, which shape of the trial state cannot be followed further; None if all can.
 
     Attributes:
         state: all that is committed, rolled back and kept in checkpoints.
@@ -72,8 +73,10 @@ class TimeStep:
         solve: Callable[[float, float, int], Outcome],
         more: Sequence[StateField] = (),
         predicts: bool = True,
+        shape_violation: Callable[[], str | None] = lambda: None,
     ) -> None:
         self.problem, self._solve, self._predicts = problem, solve, predicts
+        self._shape_violation = shape_violation
         controls = predicts and problem.scene.controls_time_error
         self.time_error = TimeError(problem) if controls else None
         self.viscosity: Viscosity | None = None
@@ -101,6 +104,8 @@ class TimeStep:
         self.begin(time, size)
         outcome = self._solve(time, size, patience)
         defect = self.problem.admissibility.violation() if outcome.converged else None
+        if outcome.converged and defect is None:
+            defect = self._shape_violation()
         if defect is not None:
             outcome = replace(outcome, converged=False, reason=defect)
         if outcome.converged and self.time_error is not None:

@@ -19,6 +19,7 @@ from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.mesh.mesh_checks import check_extent, check_mesh
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.mesh.tool_placement import check_placement, placement_cautions, position_of_tools
+from ncf_fenicsx.mesh.wave_resolution import wave_cautions
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import Bonded
 from ncf_fenicsx.scene.stack import Stack
@@ -38,7 +39,7 @@ class StackMesh:
         bottom: height of the undeformed stack's bottom in m.
         top: height of its top in m.
         extent: largest of its extents along the axes in m.
-        cautions: what is doubtful about where the tools are.
+        cautions: what is doubtful about where the tools are, and about elements.
         position: x and y in m of tools that have no position of their own.
     """
 
@@ -104,7 +105,7 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
         bottom=float(stack.points[:, 2].min()),
         top=float(stack.points[:, 2].max()),
         extent=float(np.ptp(stack.points, axis=0).max()),
-        cautions=placement_cautions(placed, stack),
+        cautions=[*placement_cautions(placed, stack), *wave_cautions(placed, stack)],
         position=position,
     )
 

@@ -17,6 +17,7 @@ from ncf_fenicsx.mesh.elements import Element
 from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Floats, Hexahedra, Integers, graded, lower_tag
 from ncf_fenicsx.mesh.stack_mesh import focus_of, stack_of
 from ncf_fenicsx.mesh.tool_placement import check_placement, placement_cautions, position_of_tools, reached, stops
+from ncf_fenicsx.mesh.wave_resolution import wave_cautions
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import Bonded
 from ncf_fenicsx.scene.stack import Stack
@@ -39,7 +40,7 @@ class StackSize:
         cells: number of hexahedra.
         nodes: number of nodes, which carry three unknowns each.
         facing: number of facets where layers may part, of the lower layer of each two.
-        cautions: what is doubtful about where the tools are.
+        cautions: what is doubtful about where the tools are, and about elements.
         position: of tools that have none of their own, x and y in m.
     """
 
@@ -69,7 +70,9 @@ def size_of(scene: Scene) -> StackSize:
     placed = scene.with_tools_over(position)
     check_placement(placed, stack)
     _check_start(placed, stack)
-    return StackSize(cells, nodes, facing, placement_cautions(placed, stack), position)
+    return StackSize(
+        cells, nodes, facing, [*placement_cautions(placed, stack), *wave_cautions(placed, stack)], position
+    )
 
 
 def _of_arrays(scene: Scene, stack: Hexahedra) -> tuple[int, int, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from ncf_fenicsx.kinds import Choice, Kind, parameter
 from ncf_fenicsx.laws.contact import Enforcement, Friction
@@ -14,6 +14,7 @@ class Bonded(Kind):
 
     family = "interface"
     kind = "bonded"
+    holds: ClassVar[bool] = True
 
 
 class OneSided(Kind):
@@ -26,6 +27,11 @@ class OneSided(Kind):
     )
     contact: Annotated[Enforcement, Choice("contact", "penalty")] = parameter({}, description="how it is enforced")
     friction: Friction | None = parameter(None, description="Coulomb friction between the layers; none unless given")
+
+    @property
+    def holds(self) -> bool:
+        """Whether something keeps the layers from sliding away over each other."""
+        return self.friction is not None or self.slip_stiffness > 0
 
     @property
     def opening_stiffness(self) -> float:

@@ -68,6 +68,14 @@ class Scene(Settings):
         return self
 
     @model_validator(mode="after")
+    def _layers_cannot_slide_away(self) -> Self:
+        rubs = self.mould is not None and self.mould.friction is not None
+        if not self.stack.sides.hold and not (rubs and all(way.holds for way in self.interfaces)):
+            held = "a fixed side, a symmetry plane in x and in y, or friction at a mould and between all layers"
+            raise ValueError(f"stack.sides: nothing keeps the layers from sliding away; expected {held}")
+        return self
+
+    @model_validator(mode="after")
     def _bottom_is_free_or_on_a_mould(self) -> Self:
         if self.mould is not None and self.stack.sides.bottom == "free":
             raise impossible("stack.sides.bottom", "free", 'expected "plane" with a mould, which takes its place')

@@ -32,16 +32,18 @@ class Sides(Settings):
     )
 
     @model_validator(mode="after")
-    def _cannot_slide_away(self) -> Self:
-        held_x = {self.x_min, self.x_max} - {"free"}
-        held_y = {self.y_min, self.y_max} - {"free"}
-        if "fixed" not in held_x | held_y and not (held_x and held_y):
-            raise ValueError(
-                "nothing keeps the layers from sliding away; expected a fixed side, or a symmetry plane in x and in y"
-            )
-        if self.bottom == "free" and "fixed" not in held_x | held_y:
+    def _cannot_fall(self) -> Self:
+        if self.bottom == "free" and "fixed" not in self._held(("x", "y")):
             raise ValueError("nothing keeps the layers from falling; expected a fixed side with bottom = 'free'")
         return self
+
+    @property
+    def hold(self) -> bool:
+        """Whether the sides alone keep the layers from sliding away."""
+        return "fixed" in self._held(("x", "y")) or bool(self._held("x") and self._held("y"))
+
+    def _held(self, axes: tuple[str, ...] | str) -> set[Side]:
+        return {getattr(self, f"{axis}_{end}") for axis in axes for end in ("min", "max")} - {"free"}
 
     @property
     def copies(self) -> int:

@@ -19,6 +19,7 @@ from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import WRITTEN
 from ncf_fenicsx.simulation.closing_pictures import draw_closing_pictures
 from ncf_fenicsx.simulation.data_range import DataRange
+from ncf_fenicsx.simulation.face_limits import FaceLimits
 from ncf_fenicsx.simulation.interruption import Interruption
 from ncf_fenicsx.simulation.loss_of_stability import LossOfStability
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
@@ -79,7 +80,13 @@ class Simulation:
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
             solver = AugmentedNewton(self.problem, self.newton)
-            self.time_step = TimeStep(self.problem, solver.solve, self.measures.energies.state)
+            self.face_limits = FaceLimits(self.problem, self.measures.contacts.waves, self.progress)
+            self.time_step = TimeStep(
+                self.problem,
+                solver.solve,
+                self.measures.energies.state,
+                shape_violation=self.face_limits.violation,
+            )
             self.stabilisation = Stabilisation.of_scene(scene)
             self.steps = StabilisedStep(self.time_step, self.stabilisation)
         self.results = Results(folder, self.problem, self.measures)
@@ -147,6 +154,7 @@ class Simulation:
         """Measures of the trial state at a time (s); a loss of stability is noticed."""
         measured = self.measures.observe(self.newton.evaluate_residual(), time)
         self.data_range.watch(time, measured)
+        self.face_limits.watch(time)
         self.stability.watch(time, outcome, measured.get("viscous_share", 0.0))
         return measured
 

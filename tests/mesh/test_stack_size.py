@@ -12,6 +12,7 @@ from ncf_fenicsx.mesh import build_mesh, compat, stack_mesh, stack_size
 from ncf_fenicsx.mesh.hexahedra import lower_tag
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.mesh.tool_placement import placement_cautions
+from ncf_fenicsx.mesh.wave_resolution import wave_cautions
 from ncf_fenicsx.simulation.preview import preview
 
 pytestmark = pytest.mark.serial
@@ -75,19 +76,25 @@ def grids(random):
         "focus": mm[:2],
     }
     tool = {"kind": kind, "position": mm[2:], "path": [way | {"speed": "1 mm/s"}]}
-    return {"stack": stack, "tool": tool, "mould": {"kind": "sphere", "position": mm[1:3], "radius": "9 mm"}}
+    laws = {"bending": {"modulus": "1 MPa"}, "shear": {"modulus": "5 MPa"}}
+    return {
+        "stack": stack,
+        "tool": tool,
+        "mould": {"kind": "sphere", "position": mm[1:3], "radius": "9 mm"},
+        "laws": laws,
+    }
 
 
 @pytest.mark.parametrize("seed", range(60))
 def test_a_few_cells_say_of_tools_what_all_say(seed):
     scene = Scene.from_table(grids(np.random.default_rng(seed)))
-    expected = placement_cautions(scene, stack_mesh.stack_of(scene))
-    assert size_of(scene).cautions == expected
+    stack = stack_mesh.stack_of(scene)
+    assert size_of(scene).cautions == [*placement_cautions(scene, stack), *wave_cautions(scene, stack)]
 
 
 def test_some_of_those_scenes_have_cautions_of_each_sort():
     words = [" ".join(size_of(Scene.from_table(grids(np.random.default_rng(seed)))).cautions) for seed in range(60)]
-    for sort in ("off the stack", "under tool", "under mould", "along x", "along y"):
+    for sort in ("off the stack", "under tool", "under mould", "along x", "along y", "ask for elements"):
         assert 5 < sum(sort in text for text in words) < 60, sort
 
 

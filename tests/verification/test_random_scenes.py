@@ -1,23 +1,11 @@
 """Random valid scenes over wide ranges: each ends or stops with a reason; no crash, no silent wrong number."""
 
-import json
-import math
-import tempfile
-from pathlib import Path
-
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from ncf_fenicsx import Scene, run
-from ncf_fenicsx.output.checkpoint import NAME
+from random_scenes import PROFILE, check, decades
 
 pytestmark = pytest.mark.serial
-
-
-def decades(low, high, unit):
-    """Values spread evenly over decades, as text with a unit."""
-    return st.floats(math.log10(low), math.log10(high)).map(lambda power: f"{10**power:.4g} {unit}".strip())
 
 
 CONTACTS = st.sampled_from(
@@ -77,46 +65,14 @@ def cleaned(table):
     return table
 
 
-def check(table):
-    """Run a scene and judge what it says."""
-    scene = Scene.from_table(cleaned(table))
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        result = run(scene, folder / "run")
-        record = json.loads((folder / "run" / "run.json").read_text())
-        assert (record["ending"] == "done") == result.done
-        assert result.done or len(record["reason"]) > 20, record["reason"]
-        if not result.history:
-            assert "come to rest" in result.reason
-            return
-        assert (folder / "run" / NAME).is_file()
-    for row in result.history:
-        assert all(math.isfinite(value) for value in row.values())
-        assert 0 < row["vf_min"] <= row["vf_max"] < 1
-        carried = row["support_force"] - row["weight"]
-        viscous = row["viscous_force"]  # a bound on what it carries
-        assert carried == pytest.approx(row["tool_force"], rel=1e-5, abs=1e-5 * row["weight"] + viscous)
-        assert row["tool_force"] > -1e-9 * row["weight"]
-    if result.done:
-        assert result.history[-1]["time"] == scene.milestones[-1]
-
-
-PROFILE = {
-    "deadline": None,
-    "derandomize": True,
-    "suppress_health_check": list(HealthCheck),
-    "phases": (Phase.generate,),
-}
-
-
 @settings(max_examples=10, **PROFILE)
 @given(tables())
 def test_a_few_random_scenes_end_or_say_why(table):
-    check(table)
+    check(cleaned(table))
 
 
 @pytest.mark.slow
 @settings(max_examples=250, **PROFILE)
 @given(tables())
 def test_many_random_scenes_end_or_say_why(table):
-    check(table)
+    check(cleaned(table))
