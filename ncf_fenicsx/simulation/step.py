@@ -8,8 +8,8 @@ from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.stepping import Ending, March, Piece, StepControl, march
 from ncf_fenicsx.solver import Newton
 
-SHARES = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25, target_iterations=10, max_steps=200)
-"""Shares of the weight, in place of time."""
+SHARES = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25, target_iterations=30, max_steps=1000)
+"""Shares of the weight, in place of time; many iterations each, as faces meet row by row of nodes."""
 PATIENCE = 4
 """Layers that bend by their weight part from each other row by row of nodes, one in each of Newton's iterations."""
 

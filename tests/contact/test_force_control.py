@@ -8,6 +8,8 @@ from assembled import COMM, build, step_of
 
 from ncf_fenicsx import Scene, SceneError, run
 
+pytestmark = pytest.mark.two_ranks
+
 QUIET = {"picture": False, "report": False}
 TOOLS = {"plate": {"kind": "plate"}, "cylinder": {"width": "infinite"}}
 AREA = 4 * 72e-6

@@ -7,6 +7,8 @@ from assembled import COMM, assign, build, step_of
 from ncf_fenicsx import Scene
 from ncf_fenicsx.simulation import Simulation
 
+pytestmark = pytest.mark.two_ranks
+
 QUIET = {"picture": False, "report": False}
 ELASTIC = {"rate": {"kind": "none"}}
 AREA = 12e-3 * 6e-3

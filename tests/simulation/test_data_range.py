@@ -6,6 +6,8 @@ import pytest
 
 from ncf_fenicsx import Scene, run
 
+pytestmark = pytest.mark.two_ranks
+
 TABLE = {
     "stack": {"layers": 1, "size": ["6 mm", "4 mm"], "divisions": [2, 1], "grading": [0, 0]},
     "laws": {

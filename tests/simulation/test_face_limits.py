@@ -11,6 +11,8 @@ from ncf_fenicsx.output.face_waves import FaceWaves
 from ncf_fenicsx.simulation.face_limits import FaceLimits
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 
+pytestmark = pytest.mark.two_ranks
+
 LENGTH, THICKNESS = 60e-3, 0.5e-3
 
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.laws.bending import MomentTable
 
-pytestmark = pytest.mark.two_ranks
+pytestmark = pytest.mark.serial
 
 WEIGHT = 1.385 * 9.81
 LINEAR = {"kind": "table", "curvature": ["2.29 1/m"], "moment": ["0.2735 N"]}

@@ -5,7 +5,7 @@ import pytest
 from mpi4py import MPI
 from program import DEMOS, script
 
-pytestmark = pytest.mark.two_ranks
+pytestmark = pytest.mark.serial
 
 COMM = MPI.COMM_WORLD
 DEMO = DEMOS / "verification" / "hertz.py"

@@ -6,7 +6,7 @@ from assembled import build, step_of
 
 from ncf_fenicsx import Scene, SceneError, run
 
-pytestmark = pytest.mark.two_ranks
+pytestmark = pytest.mark.serial
 
 RELAXATION = {
     "stack": {"layers": 2, "size": ["6 mm", "4 mm"], "divisions": [2, 1], "grading": [0, 0]},
