@@ -26,6 +26,9 @@ AT_REST = 1e-7
 """Largest force tolerance of a state at rest: what it leaves over would be motion of the first step."""
 CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
+FALLS, OVER, LONGER = 0.1, 4, 2
+"""Share of the increment so many iterations ago that the last one is where corrections that were shortened have ended
+their search of what sticks: they converge now, and may go on for this multiple of the iterations."""
 
 
 class Convergence:
@@ -93,11 +96,18 @@ class Convergence:
         first = max([RUNAWAY_FROM * self.system.scales.length, *self._increments[self._first : self._first + 1]])
         if self._first <= iteration and self._increments[-1] > RUNAWAY * self._patience * first:
             return "Newton's increments grow"
-        if iteration < self._patience * self.settings.max_iterations:
+        most = self._patience * self.settings.max_iterations
+        if iteration < most or (iteration < LONGER * most and self._falls):
             return ""
         if self.cycling:
             return f"contact opens and closes in turns, most at {self.position_of_largest(update)}"
         return f"Newton's method did not converge in {iteration} iterations"
+
+    @property
+    def _falls(self) -> bool:
+        """Whether corrections that are shortened where they do too much work converge now."""
+        enough = self.settings.line_search == "work" and len(self._increments) > OVER
+        return enough and self._increments[-1] <= FALLS * self._increments[-1 - OVER]
 
     @property
     def _allowed(self) -> float:

@@ -69,3 +69,17 @@ def test_layers_that_hang_part_only_where_they_may(folder):
     assert min(opened["free"]) > 1e-6
     assert opened["mixed"][1] > 1e-6
     assert 1e-9 < opened["mixed"][2] < 0.5 * opened["free"][2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "gap", "cut"), [("penalty", 1e-7, True), ("nitsche", 1e-7, False), ("nitsche", 1e-5, True)]
+)
+def test_a_step_ends_where_a_free_tool_touches_but_nitsche_s_may_press_over_a_gap(table, kind, gap, cut):
+    path = table["tool"]["path"]
+    table["tool"] = {"kind": "plate", "contact": {"kind": kind}, "clearance": f"{gap} m", "path": path}
+    problem, _ = build(table)
+    step = problem.contacts.longest_step(0.0, 1.0)
+    assert (step < 1.0) == cut
+    if cut:
+        down = problem.contacts.tools[0].surface.path[0]
+        assert step * down.speed == pytest.approx(gap, rel=0.05)

@@ -64,6 +64,20 @@ def test_a_cycle_that_lasts_is_named_with_its_place(table):
     assert progress.given_up == "contact opens and closes in turns, most at (6, 3, 4) mm"
 
 
+@pytest.mark.parametrize(("search", "ratio", "given_up"), [("work", 0.5, 0), ("work", 0.9, 1), ("full", 0.5, 1)])
+def test_shortened_corrections_that_converge_at_last_may_go_on(table, search, ratio, given_up):
+    problem, _ = build(table | {"solver": {"line_search": search}})
+    most = problem.scene.solver.max_iterations
+    progress = Convergence(System(problem, [OPEN] * 99), problem.scene.solver)
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, 1e-6)
+    for iteration in range(1, most + 1):
+        progress.follow(iteration, 1.0, 1.0, ratio**iteration * update)
+    assert bool(progress.given_up) == given_up
+    for iteration in range(most + 1, 2 * most + 1):
+        progress.follow(iteration, 1.0, 1.0, ratio**iteration * update)
+    assert "did not converge" in progress.given_up
+
+
 def test_increments_that_grow_are_given_up_at_once(table):
     problem, _ = build(table)
     progress = Convergence(System(problem, [OPEN] * 9), problem.scene.solver)
