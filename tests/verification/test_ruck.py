@@ -24,7 +24,12 @@ RUCK = {
         "grading": [0, 0],
         "sides": {"x_min": "free", "x_max": "fixed", "y_min": "symmetry", "y_max": "symmetry"},
     },
-    "laws": {"bending": {"modulus": f"{MODULUS} Pa", "poisson": POISSON}, "shear": {"modulus": "1 MPa"}},
+    "laws": {
+        "bending": {"modulus": f"{MODULUS} Pa", "poisson": POISSON},
+        "shear": {"modulus": "1 MPa"},
+        "compaction": {"kind": "power", "scale": "5 MPa", "exponent": 1.0},  # stiff: the elastica has no thickness
+    },
+    "solver": {"viscous_share": 1e9},  # it snaps up, and only where it ends at rest is looked at
     "mould": {"kind": "plate"},
     "tool": {
         "kind": "presser_foot",
@@ -35,6 +40,9 @@ RUCK = {
     },
     "output": {"picture": False, "report": False, "fields_every": 1000},
 }
+RIGIDITY = MODULUS * THICKNESS**3 / 12 / (1 - POISSON**2)
+UNIT = (RIGIDITY / (0.35625 * GRAVITY)) ** (1 / 3)
+"""Length l in m."""
 EDGE = 22e-3
 """X in m from which the sheet is free of the foot."""
 
@@ -68,23 +76,31 @@ def test_the_elastica_is_that_of_the_literature(length, expected):
     assert elastica(length) == pytest.approx(expected, rel=1e-4)
 
 
+def pushed(folder, travel, order, divisions):
+    """Height, length and force of a ruck over those of the elastica of the same excess length, and its slope in rad."""
+    table = RUCK | {"stack": RUCK["stack"] | {"order": order, "divisions": [divisions, 1]}}
+    down, along = ["0 mm", "0 mm", "-0.003 mm"], [f"{travel} mm", "0 mm", "0 mm"]  # deeper, the foot's edge lifts it
+    path = [{"travel": down, "speed": "1 mm/min"}, {"travel": along, "speed": "2 mm/min"}, {"hold": "20 s"}]
+    simulation, history = simulate(table | {"tool": RUCK["tool"] | {"path": path}}, folder)
+    last = history[-1]
+    excess, height = measured(simulation.problem)
+    length = brentq(lambda length: elastica(length)[0] - excess / UNIT, 2.0, 4.5)
+    _, expected, force = elastica(length)
+    carried = abs(last["support_force_x"]) / width(simulation.scene)
+    assert last["viscous_force"] < 1e-3 * abs(last["support_force_x"])
+    ratios = height / UNIT / expected, last["wrinkle_length_1"] / UNIT / length, carried * UNIT**2 / RIGIDITY / force
+    return *ratios, last["misalignment_max_1"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("order", "divisions"), [(1, 160), (2, 80)])
-@pytest.mark.parametrize("travel", [0.3, 0.6])
-def test_a_ruck_is_the_heavy_elastica(folder, travel, order, divisions):
-    table = RUCK | {"stack": RUCK["stack"] | {"order": order, "divisions": [divisions, 1]}}
-    down, along = ["0 mm", "0 mm", "-0.1 mm"], [f"{travel} mm", "0 mm", "0 mm"]
-    path = [{"travel": down, "speed": "1 mm/min"}, {"travel": along, "speed": "2 mm/min"}]
-    simulation, history = simulate(table | {"tool": RUCK["tool"] | {"path": path}}, folder)
-    excess, height, thickness = measured(simulation.problem)
-    rigidity = MODULUS * THICKNESS * thickness**2 / 12 / (1 - POISSON**2)  # its own weight compacts the sheet by 2 %
-    unit = (rigidity / (0.35625 * GRAVITY)) ** (1 / 3)
-    length = brentq(lambda length: elastica(length)[0] - excess / unit, 2.0, 4.5)
-    _, expected, force = elastica(length)
-    assert height / unit == pytest.approx(expected, rel=0.01)
-    pushed = abs(history[-1]["support_force_x"]) / width(simulation.scene)
-    # the sheet compacts where it leaves the plane, over some (4 B / k)^(1/4), so that its ruck is a little longer
-    assert pushed * unit**2 / rigidity == pytest.approx(force, rel=0.03)
+@pytest.mark.parametrize(("travel", "slope"), [(0.3, 12), (0.6, 16), (2.6, 30)])
+def test_a_ruck_is_the_heavy_elastica(folder, travel, slope, order, divisions):
+    height, length, force, steepest = pushed(folder, travel, order, divisions)
+    assert height == pytest.approx(1, rel=0.01)
+    assert length == pytest.approx(1, rel=0.02)
+    assert force == pytest.approx(1, rel=0.02)
+    assert np.degrees(steepest) > slope
 
 
 def width(scene):
@@ -93,7 +109,7 @@ def width(scene):
 
 
 def measured(problem):
-    """Excess length and height of the mid-plane beyond the foot, and the mean thickness, in m."""
+    """Excess length and height of the mid-plane beyond the foot in m."""
     points, moved = (
         everywhere(values)
         for values in (problem.space.tabulate_dof_coordinates(), problem.displacement.x.array.reshape(-1, 3))
@@ -107,5 +123,4 @@ def measured(problem):
     middle = (faces[0] + faces[1]) / 2
     pieces = np.diff(middle, axis=0)
     excess = (np.linalg.norm(pieces, axis=1) - pieces[:, 0]).sum()
-    across = np.linalg.norm(faces[1] - faces[0], axis=1)
-    return excess, middle[:, 2].max() - middle[-1, 2], np.median(across)
+    return excess, middle[:, 2].max() - middle[-1, 2]
