@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 
 FREE = 1e-6
 """Gap over a layer's thickness above which a surface is free of the fabric."""
-FREE_OF_ITS_STRESS = 1e-3
-"""The same with Nitsche's method, which presses, and lets go, over gaps too."""
+FREE_OVER_GAPS = 1e-3
+"""The same where contact presses, and lets go, over gaps too: by a multiplier, or by the layer's own stress."""
 HOLDING_SOLVES = 2
 """Linear solves at the start of a step that keep contact where it was."""
 
@@ -173,7 +173,8 @@ class RigidContact:
     def step_to_touch(self, time: float, size: float) -> float:
         """Step (s) from a time, no longer than a size, at whose end a surface that is free meets the fabric at rest."""
         tolerance, offset = FREE * self.body.thickness, np.array([0.0, 0.0, self.height_offset])
-        free = (FREE_OF_ITS_STRESS if self.enforcement.uses_own_pressure else FREE) * self.body.thickness
+        presses_over_gaps = self.enforcement.uses_own_pressure or self.enforcement.keeps_multiplier
+        free = (FREE_OVER_GAPS if presses_over_gaps else FREE) * self.body.thickness
 
         def gap_after(step: float) -> float:
             return self._lowest_gap_from(self._tip_at(time + step) + offset) - tolerance

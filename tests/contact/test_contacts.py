@@ -72,9 +72,10 @@ def test_layers_that_hang_part_only_where_they_may(folder):
 
 
 @pytest.mark.parametrize(
-    ("kind", "gap", "cut"), [("penalty", 1e-7, True), ("nitsche", 1e-7, False), ("nitsche", 1e-5, True)]
+    ("kind", "gap", "cut"),
+    [("penalty", 1e-7, True), ("nitsche", 1e-7, False), ("augmented_lagrangian", 1e-7, False), ("nitsche", 1e-5, True)],
 )
-def test_a_step_ends_where_a_free_tool_touches_but_nitsche_s_may_press_over_a_gap(table, kind, gap, cut):
+def test_a_step_ends_where_a_free_tool_touches_but_some_press_over_a_gap(table, kind, gap, cut):
     path = table["tool"]["path"]
     table["tool"] = {"kind": "plate", "contact": {"kind": kind}, "clearance": f"{gap} m", "path": path}
     problem, _ = build(table)
