@@ -22,15 +22,15 @@ BELOW = 2
 """Halvings of the mesh and the steps that a scene names in level 0: three levels tell an order, the last is its own."""
 STIFFER = 4
 """Factor on penalties from level to level: what they let through then goes away as that of a second-order mesh."""
-STIFFEST = 1e5
-"""Factor on a layer's own stiffness above which no penalty is raised: it lets 0.01 % through, and tools that lift
-are lost in it."""
+STIFFEST = {"rigid": 16_000.0, "layers": 160.0}
+"""Factors on a layer's own stiffness above which penalties of rigid surfaces, and between layers, are not raised: what
+they let through is then below 0.1 % of the force, and Newton's method fails where stiffer faces part."""
 COARSEST_TIME_ERROR = 0.1
 """Local error in time that a step of the coarsest level may have at most."""
 SHOWS = 2
 """Elements along y that can show whether anything varies along it."""
-FLAT = 0.1
-"""Difference of heights along y, over all heights and the tolerance, up to which nothing varies."""
+FLAT = 1e-3
+"""Difference of heights along y, over all heights, up to which nothing varies along it that could be seen."""
 NEAR = 1.25
 """Factor that level 0's number of elements may differ by from the wanted one, so that all levels share their lines."""
 
@@ -57,7 +57,7 @@ class Levels:
 
     def __getitem__(self, level: int) -> Scene:
         """The scene of a level, counted from 0."""
-        scene, finer = self.scene, 2.0 ** (level - BELOW)
+        scene, natural, finer = self.scene, self.scene.natural_stiffness, 2.0 ** (level - BELOW)
         solver: dict[str, Any] = {
             "step_refinement": finer * scene.solver.step_refinement,
             "max_steps": max(scene.solver.max_steps, round(scene.solver.max_steps * finer)),
@@ -68,17 +68,25 @@ class Levels:
         changed: dict[str, Any] = {
             "accuracy": None,
             "stack": scene.stack.model_copy(update=self._mesh(level)),
-            "tool": tuple(_stiffer(tool, level) for tool in scene.tool),
-            "interface": tuple(_stiffer(way, level) if isinstance(way, OneSided) else way for way in scene.interface),
-            "mould": None if scene.mould is None else _stiffer(scene.mould, level),
+            "tool": tuple(_stiffer(tool, level, natural) for tool in scene.tool),
+            "interface": tuple(
+                _stiffer(way, level, natural) if isinstance(way, OneSided) else way for way in scene.interface
+            ),
+            "mould": None if scene.mould is None else _stiffer(scene.mould, level, natural),
             "solver": scene.solver.model_copy(update=solver),
         }
         return scene.model_copy(update=changed)
 
     def _mesh(self, level: int) -> dict[str, Any]:
         divisions = tuple(self._divisions(pair, level) for pair in self.scene.stack.divisions_by_layer)
-        through = 2**level if self.scene.stack.through == "resolved" else self.scene.stack.through
-        return {"divisions": divisions[0] if len(set(divisions)) == 1 else divisions, "through": through}
+        return {"divisions": divisions[0] if len(set(divisions)) == 1 else divisions, "through": self._through(level)}
+
+    def _through(self, level: int) -> Any:
+        """Elements through the layers: a fabric's model, unless they are to be resolved; never a solid's."""
+        if self.scene.stack.through == "resolved" or self.scene.laws.solid is not None:
+            counts = tuple(_coarsest(count, 0.0) * 2**level for count in self.scene.stack.elements_through)
+            return counts[0] if len(set(counts)) == 1 else counts
+        return self.scene.stack.through
 
     def _divisions(self, pair: Divisions, level: int) -> Divisions:
         focus, size = focus_of(self.scene), self.scene.stack.size
@@ -93,8 +101,8 @@ class Levels:
         """What is refined in a level, in words."""
         scene = self[level]
         meshes = " and ".join(f"{x} x {y}" for x, y in dict.fromkeys(scene.stack.divisions_by_layer))
-        steps = scene.solver.step_refinement / self.scene.solver.step_refinement
-        return f"{meshes} elements a layer, steps 1/{steps:g}, penalties x {STIFFER**level}"
+        steps = self.scene.solver.step_refinement / scene.solver.step_refinement
+        return f"{meshes} elements a layer, steps x {steps:g}"
 
 
 def is_endless_along_y(scene: Scene) -> bool:
@@ -108,18 +116,17 @@ def is_uniform_along_y(scene: Scene) -> bool:
     return is_endless_along_y(scene) and sides.y_min == sides.y_max == "symmetry"
 
 
-def learn(scene: Scene, folder: Path, tolerance: float) -> bool:
+def learn(scene: Scene, folder: Path) -> bool:
     """Whether results of the coarsest level show that nothing varies along y which finer ones have to follow.
 
     Args:
         scene: the case.
         folder: with the results.
-        tolerance: of the accuracy asked for, over each quantity's size.
     """
     if not is_endless_along_y(scene) or is_uniform_along_y(scene):
         return False
     mesh = meshio.read(folder / read_snapshots(folder)[-1][1])
-    return not varies_along_y(mesh, FLAT * tolerance)
+    return not varies_along_y(mesh, FLAT)
 
 
 def _coarsest(count: int, focus: float) -> int:
@@ -130,12 +137,19 @@ def _coarsest(count: int, focus: float) -> int:
     return min(near, key=lambda n: (round(off[n], 6), abs(n - wanted)))
 
 
-def _stiffer(part: Any, level: int) -> Any:
-    """A tool, a mould or an interface with the penalties of a level, and what contact and sticks else let through."""
-    assert isinstance(part, RigidSurface | OneSided)
-    changed: dict[str, Any] = {"penalty": _scaled(part.penalty, float(STIFFER**level))}
+def _stiffer(part: Any, level: int, natural: float) -> Any:
+    """A tool, a mould or an interface with the penalties of a level, and what contact and sticks else let through.
+
+    Args:
+        part: a rigid surface or an interface whose layers may part.
+        level: counted from 0.
+        natural: stiffness of a layer in Pa/m.
+    """
+    most = STIFFEST["rigid" if isinstance(part, RigidSurface) else "layers"]
+    raised = min(float(STIFFER**level), max(most * natural / part.penalty.resolve(natural), 1.0))
+    changed: dict[str, Any] = {"penalty": _scaled(part.penalty, raised)}
     if part.contact.keeps_multiplier:
-        tolerance = getattr(part.contact, "tolerance") / STIFFER**level  # noqa: B009
+        tolerance = part.contact.tolerance / STIFFER**level
         changed["contact"] = part.contact.model_copy(update={"tolerance": tolerance})
     if part.friction is not None:
         stiffness = _scaled(part.friction.stiffness, 2.0**level)
@@ -144,7 +158,4 @@ def _stiffer(part: Any, level: int) -> Any:
 
 
 def _scaled(penalty: PenaltyStiffness, factor: float) -> PenaltyStiffness:
-    raised = factor * penalty.value
-    if penalty.is_factor:
-        raised = max(min(raised, STIFFEST), penalty.value)
-    return PenaltyStiffness(raised, penalty.is_factor)
+    return PenaltyStiffness(factor * penalty.value, penalty.is_factor)

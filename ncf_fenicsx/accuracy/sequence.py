@@ -25,6 +25,7 @@ from ncf_fenicsx.report.reading import read_rows
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import WRITTEN, read_table
 from ncf_fenicsx.scene.settings import Accuracy
+from ncf_fenicsx.simulation.interruption import was_asked_to_end
 from ncf_fenicsx.simulation.ranks import free_memory
 from ncf_fenicsx.simulation.run_record import Result
 from ncf_fenicsx.terminal import say
@@ -117,6 +118,7 @@ class Sequence:
         self.scene, self.accuracy, self.folder, self.comm = scene, accuracy, folder, comm
         self.levels, self.first = checked_levels(scene, accuracy)
         self.answer = Answer(accuracy.quantities, accuracy.tolerance)
+        self._skipped = 0.0
         self._memory = accuracy.most_memory or comm.bcast(SHARE_OF_FREE * free_memory())
 
     def prepare(self, restart: bool, written: str | None) -> None:
@@ -153,6 +155,9 @@ class Sequence:
             reason = self._too_much(level)
             if reason is None:
                 ended = self._run_level(level)
+                if not ended.done and self._may_skip(level, ended.reason):
+                    level += 1
+                    continue
                 if not ended.done:
                     reason = f"level {level}: {ended.reason}"
             if reason is not None:
@@ -171,7 +176,16 @@ class Sequence:
     @property
     def _spent(self) -> float:
         """Wall time in s of all levels so far."""
-        return sum(level.wall for level in self.answer.levels)
+        return self._skipped + sum(level.wall for level in self.answer.levels)
+
+    def _may_skip(self, level: int, reason: str) -> bool:
+        """Whether a level that has stopped early was just too coarse, by why it did: the sequence begins after it."""
+        if level >= BELOW or was_asked_to_end(reason):
+            return False
+        say(f"level {level} is too coarse for this scene: levels begin after it")
+        self._skipped = self._spent + on_root(self.comm, lambda: Level.wall_before(self._folder_of(level)))
+        self.answer = Answer(self.accuracy.quantities, self.accuracy.tolerance)
+        return True
 
     def _too_much(self, level: int) -> str | None:
         """In words, why a level is not to be run; None if it may."""
@@ -215,7 +229,7 @@ class Sequence:
         """Take the results of a level that is done, and say what all tell by now."""
         self.answer = on_root(self.comm, lambda: self.answer.with_level(level, self._folder_of(level), self.scene))
         if len(self.answer.levels) == 1:
-            flat = on_root(self.comm, lambda: learn(self.scene, self._folder_of(level), self.accuracy.tolerance))
+            flat = on_root(self.comm, lambda: learn(self.scene, self._folder_of(level)))
             self.levels = Levels(self.scene, flat)
         on_root(self.comm, lambda: self._write(None))
         say("\n".join(self.answer.lines))

@@ -17,6 +17,8 @@ SIGNALS: dict[int, signal.Signals] = {
     signal.SIGUSR2: signal.SIGTERM,
 }
 """Signals that end a run, with what was meant: a launcher passes the last two on to its ranks, but not the first."""
+INTERRUPTED = "interrupted"
+TIME_IS_UP = "its time is up"
 LATE = signal.NSIG
 """Stands among the signals for a deadline that has passed."""
 
@@ -58,5 +60,10 @@ class Interruption:
         late = LATE if time.monotonic() > self._deadline else 0
         number = self.comm.allreduce(max(self._received, late), MPI.MAX)
         if number == LATE:
-            return "its time is up"
-        return f"interrupted by {signal.Signals(number).name}" if number else self.request
+            return TIME_IS_UP
+        return f"{INTERRUPTED} by {signal.Signals(number).name}" if number else self.request
+
+
+def was_asked_to_end(reason: str) -> bool:
+    """Whether a run ended for such a reason because someone asked for it, or its time was up."""
+    return INTERRUPTED in reason or TIME_IS_UP in reason

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
@@ -17,9 +18,11 @@ from ncf_fenicsx.mesh.compat import processor_lines
 from ncf_fenicsx.simulation.progress_bar import LAUNCHERS
 
 UNKNOWNS_OF_A_RANK = 9000
-"""Unknowns from which on one more rank pays, measured with the demos: see docs/performance.md."""
+"""Unknowns that a rank should have at least: see docs/performance.md."""
 ALONE = 18_000
-"""Unknowns below which one rank is as fast as any."""
+"""Unknowns below which one rank is as fast as two, measured with the demos."""
+LOOK = 0.25
+"""Time in s for which the processors are watched, to see how many are idle."""
 MEMORY_OF_A_RANK = 0.2e9
 """Memory in byte that each rank takes for the program alone."""
 AS_ASKED = {
@@ -40,7 +43,9 @@ def ranks_that_pay(unknowns: int, memory: float) -> int:
     if unknowns < ALONE or is_launched() or shutil.which("mpirun") is None:
         return 1
     most_by_memory = int(1 + max(free_memory() - memory, 0.0) / MEMORY_OF_A_RANK)
-    return max(min(unknowns // UNKNOWNS_OF_A_RANK, physical_cores(), most_by_memory), 1)
+    cores = physical_cores()
+    idle = idle_cores() if cores > 1 else cores
+    return max(min(unknowns // UNKNOWNS_OF_A_RANK, cores, idle, most_by_memory), 1)
 
 
 def is_launched() -> bool:
@@ -60,6 +65,23 @@ def physical_cores() -> int:
         elif name == "core id" and number in allowed:
             cores.add((package, value))
     return max(min(len(cores) or len(allowed), _quota()), 1)
+
+
+def idle_cores() -> int:
+    """Processors that do nothing at present: ranks that share one with other work wait for each other all the time."""
+    before = _processor_times()
+    time.sleep(LOOK)
+    idle = 0.0
+    for old, new in zip(before, _processor_times(), strict=True):
+        spent = [after - start for start, after in zip(old, new, strict=True)]
+        idle += (spent[3] + spent[4]) / max(sum(spent), 1)  # idle, and waiting for files
+    return round(idle) if before else sys.maxsize
+
+
+def _processor_times() -> list[list[int]]:
+    """Ticks that each processor has spent on users, ..., idle, waiting, ...; none where the system does not tell."""
+    lines = (line.split() for line in _text("/proc/stat").splitlines())
+    return [[int(word) for word in words[1:9]] for words in lines if words[0].startswith("cpu") and words[0] != "cpu"]
 
 
 def _quota() -> int:

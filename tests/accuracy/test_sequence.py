@@ -16,6 +16,7 @@ from ncf_fenicsx.accuracy import sequence
 from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.cost import Cost
 from ncf_fenicsx.accuracy.sequence import plan, run
+from ncf_fenicsx.simulation.run_record import Result
 
 ONE = DEMOS / "single_element.toml"
 QUIET = ["output.picture=false", "output.report=false"]
@@ -80,7 +81,7 @@ def test_a_plan_tells_what_levels_cost_before_anything_runs():
     words = plan(Scene.read(DEMOS / "roller.toml", ["accuracy.tolerance=2 %"]))
     assert words.startswith("accuracy: force to 2 %, by levels")
     assert "level 0: 10 x 6 elements a layer" in words
-    assert "level 2: 40 x 24 elements a layer, steps 1/1, penalties x 16: about 24,600 unknowns" in words
+    assert "level 2: 40 x 24 elements a layer, steps x 1: about 24,600 unknowns" in words
 
 
 @pytest.mark.serial
@@ -136,6 +137,20 @@ def test_what_would_take_too_long_is_not_begun_and_the_best_answer_is_given(fold
     assert found["quantities"]["force"]["basis"] == "first order taken for granted"
     assert found["quantities"]["force"]["bar"] > 0
     assert result.folder == folder / "run" / "level_1"
+
+
+def test_a_level_that_is_too_coarse_is_left_out(folder, monkeypatch):
+    true_run = sequence.simulation.run
+
+    def stopping(scene, at, comm, **options):
+        if at.name == "level_0":
+            return Result(False, "Newton's method did not converge", at, [])
+        return true_run(scene, at, comm, **options)
+
+    monkeypatch.setattr(sequence.simulation, "run", stopping)
+    result = run(Scene.read(ONE, ["accuracy.tolerance=0.3 %", *QUIET]), folder / "run")
+    assert result.done, result.reason
+    assert [one["level"] for one in answer_in(folder / "run")["levels"]] == [1, 2, 3]
 
 
 def test_a_level_that_is_late_stops_with_its_state(folder):
