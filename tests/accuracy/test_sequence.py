@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from mpi4py import MPI
 from program import DEMOS, call
 from runs_apart import start
 
@@ -16,6 +17,7 @@ from ncf_fenicsx.accuracy import sequence
 from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.cost import Cost
 from ncf_fenicsx.accuracy.sequence import plan, run
+from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.simulation.run_record import Result
 
 ONE = DEMOS / "single_element.toml"
@@ -64,7 +66,8 @@ def test_the_closed_form_of_a_pressed_element_is_inside_the_bars(folder, capsys)
     field = found["quantities"]["vf_field"]
     assert abs(field["value"] - change) <= field["bar"]
     assert result.history[-1]["tool_force"] == found["quantities"]["force"]["value"]
-    _shown_everywhere(result.folder, found, capsys.readouterr().out)
+    if MPI.COMM_WORLD.rank == 0:
+        _shown_everywhere(result.folder, found, capsys.readouterr().out)
 
 
 def _shown_everywhere(finest, found, said):
@@ -185,6 +188,7 @@ def test_an_accuracy_reads_back_from_what_is_written():
     assert (again.accuracy.tolerance, again.accuracy.most_memory) == (pytest.approx(0.007), 4e9)
 
 
+@pytest.mark.serial
 def test_what_a_scene_has_not_is_refused_and_nothing_is_written(tmp_path):
     words = ["--accuracy", "1 %", "--set", "accuracy.quantities=['void_volume']", "--out", tmp_path / "out"]
     ended = call("run", ONE, *words)
@@ -199,7 +203,7 @@ def test_results_are_not_replaced_unasked_and_wholly_if_asked(folder):
     run(scene, folder / "run")
     with pytest.raises(SceneError, match="holds results already"):
         run(scene, folder / "run")
-    (folder / "run" / "level_7").mkdir(exist_ok=True)
+    on_root(MPI.COMM_WORLD, (folder / "run" / "level_7").mkdir)
     assert run(scene, folder / "run", overwrite=True).done
     assert not (folder / "run" / "level_7").exists()
 
