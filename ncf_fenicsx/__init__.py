@@ -12,7 +12,7 @@ __all__ = ["Scene", "SceneError", "laws", "run", "tools"]
 def __getattr__(name: str) -> object:
     """Load ``run`` with DOLFINx behind it only when it is asked for: reading a scene needs neither."""
     if name == "run":
-        from ncf_fenicsx.simulation import run
+        from ncf_fenicsx.accuracy.sequence import run
 
         return run
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

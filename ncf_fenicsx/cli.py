@@ -43,21 +43,18 @@ def run_command(
     restart: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Go on with the run in a results folder, in place of a scene.")
     ] = None,
+    accuracy: Annotated[
+        str | None, typer.Option(metavar="SHARE", help="Refine until error bars are that small, as '1 %'.")
+    ] = None,
+    most_time: Annotated[str | None, typer.Option(metavar="TIME", help="Ends that, as '10 min'.")] = None,
+    most_memory: Annotated[str | None, typer.Option(metavar="MEMORY", help="Bounds that, as '4 GB'.")] = None,
+    ranks: Annotated[int | None, typer.Option(min=1, help="Processes; as many as pay unless given.")] = None,
 ) -> None:
     """Run a scene. Exit code 0: done; 1: stopped early, last good state saved; 2: bad input, nothing written."""
-    if restart is not None and file is None and out is None and not overwrite:
-        source, folder = restart / "scene.toml", restart
-    elif file is not None and restart is None:
-        source, folder = file, out or Path("results") / file.stem
-    else:
-        raise SceneError("run: expected either a scene file, with --out and --overwrite, or --restart FOLDER alone")
-    scene = Scene.read(source, overrides or ())
-    from ncf_fenicsx.simulation import run
+    from ncf_fenicsx.accuracy.command import Order, carry_out
 
-    written = as_written(source, overrides or ())
-    result = run(scene, folder, overwrite=overwrite, restart=restart is not None, written=written)
-    say(f"{'done' if result.done else 'stopped'}: {result.reason}; results in {result.folder}")
-    raise typer.Exit(DONE if result.done else STOPPED)
+    wished = {"tolerance": accuracy, "most_time": most_time, "most_memory": most_memory}
+    raise typer.Exit(carry_out(Order(file, out, tuple(overrides or ()), overwrite, restart, wished, ranks)))
 
 
 @app.command("explicit")
@@ -81,9 +78,10 @@ def explicit_command(
 def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
     scene = Scene.read(file, overrides or ())
+    from ncf_fenicsx.accuracy.sequence import plan
     from ncf_fenicsx.simulation.preview import preview
 
-    say(scene.to_toml() + "\n" + preview(scene))
+    say(scene.to_toml() + "\n" + preview(scene) + ("" if scene.accuracy is None else "\n" + plan(scene)))
 
 
 @app.command("keys")

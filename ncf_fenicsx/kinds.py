@@ -45,7 +45,7 @@ class Settings(BaseModel):
         """Pydantic would read a text or true as a number, and 1 or "yes" as true: what a reader means is not sure."""
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
-            wrong = _no_number(value) if field is not None and _is_bare_number(field) else None
+            wrong = _no_number(value) if field is not None and _is_bare_number(field, value) else None
             words = "" if wrong is None or field is None else _expected_number(wrong, field)
             if field is not None and field.annotation is bool and not isinstance(value, bool):
                 words = "expected true or false"
@@ -67,9 +67,16 @@ def _no_number(value: Any) -> str | bool | None:
     return value if isinstance(value, str | bool) else None
 
 
-def _is_bare_number(field: FieldInfo) -> bool:
-    """Whether a field holds whole or real numbers that are read as they stand, one or a list of them."""
+def _is_bare_number(field: FieldInfo, value: Any) -> bool:
+    """Whether a value of a field stands for whole or real numbers that are read as they are, one or a list of them.
+
+    A field of numbers may take words in their place.
+    """
     marks, leaves = marks_of(field)
+    words = {leaf for leaf in leaves if isinstance(leaf, str)}
+    if isinstance(value, str) and value in words:
+        return False
+    leaves -= words
     reads = any(hasattr(mark, "__get_pydantic_core_schema__") for mark in marks)
     return not reads and bool(leaves & {int, float}) and leaves <= {int, float, type(None)}
 

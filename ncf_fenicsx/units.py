@@ -138,6 +138,14 @@ class Quantity:
         )
 
 
+class ShareOf(Quantity):
+    """Pydantic annotation of a share written in per cent."""
+
+    def write(self, value: float | None) -> str:
+        """Text that `read` turns back into the same number."""
+        return f"{100 * float(value or 0.0):.15g} %"
+
+
 @dataclass(frozen=True)
 class PenaltyStiffness:
     """Contact stiffness, either given (Pa/m) or as a factor on what the contacting layer resists with."""
@@ -214,3 +222,7 @@ Acceleration = Annotated[
     float, Quantity("m/s^2", "an acceleration of at least 0", "9.81 m/s^2", least=0, usual=(1e-3, 1e3, "m/s^2"))
 ]
 Penalty = Annotated[PenaltyStiffness, PenaltyField()]
+PositiveShare = Annotated[float, ShareOf("dimensionless", "a positive share in per cent", "1 %", above=0)]
+PositiveMemory = Annotated[
+    float, Quantity("byte", "a positive amount of memory", "4 GB", above=0, usual=(1e7, 1e14, "GB"))
+]

@@ -21,6 +21,8 @@ from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.safe_files import replace
 from ncf_fenicsx.scene.scene_file import WRITTEN
 
+ACCURACY = "accuracy.json"
+"""What a sequence of runs of finer and finer levels has come to."""
 FILES = (
     WRITTEN,
     "scene.toml",
@@ -30,6 +32,7 @@ FILES = (
     "summary.png",
     "report.html",
     "critical_mode.vtu",
+    ACCURACY,
     NAME,
 )
 CLAIM = ".claim"

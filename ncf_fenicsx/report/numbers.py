@@ -77,6 +77,12 @@ def _largest(results: Results, columns: list[str]) -> tuple[str, int, float] | N
     return columns[best], rows[best], values[best]
 
 
+def _bar(results: Results, quantity: str, what: str = "") -> str:
+    """Error bar of a quantity from a sequence of runs that this one was the finest of; empty without."""
+    found = results.record.get("accuracy", {}).get("quantities", {}).get(quantity)
+    return f"{what}{found['bar_words']}; " if found else ""
+
+
 def _at(results: Results, row: int) -> str:
     return f"at {short(results.history['time'][row])} s"
 
@@ -86,7 +92,8 @@ def _force(results: Results) -> Figure | None:
     if found is None:
         return None
     column, row, value = found
-    error = f"{_at(results, row)}; forces balance to {short(unbalanced(results)[row])} N"
+    balance = f"forces balance to {short(unbalanced(results)[row])} N"
+    error = f"{_bar(results, 'force')}{_at(results, row)}; {balance}"
     return Figure("Largest force on a tool", f"{short(value)} N", error, column, row)
 
 
@@ -105,7 +112,8 @@ def _compaction(results: Results) -> Figure | None:
         words = (
             f"the field of Vf is off by an estimated {error:.2g} % of its change" if error else "no estimate of error"
         )
-        return Figure("Largest Vf", short(history["vf_max"][row]), f"{_at(results, row)}; {words}", "vf_max", row)
+        words = f"{_bar(results, 'vf')}{_at(results, row)}; {_bar(results, 'vf_field', 'its field ')}{words}"
+        return Figure("Largest Vf", short(history["vf_max"][row]), words, "vf_max", row)
     found = _largest(results, results.tool_columns("pressure_max"))
     if found is None:
         return None
@@ -120,7 +128,8 @@ def _void(results: Results) -> Figure | None:
     column, row, value = found
     number = column.rsplit("_", 1)[1]
     deep = 1e3 * results.history[f"interface_penetration_max_{number}"][row]
-    error = f"{_at(results, row)}, above layer {number}; faces penetrate by {short(deep)} mm"
+    volume = _bar(results, "void_volume", "volume of all ")
+    error = f"{volume}{_at(results, row)}, above layer {number}; faces penetrate by {short(deep)} mm"
     return Figure("Widest void", f"{short(1e3 * value)} mm", error, column, row)
 
 
@@ -132,7 +141,7 @@ def _wrinkle(results: Results) -> Figure | None:
     number = column.rsplit("_", 1)[1]
     length = results.history[f"wrinkle_length_{number}"][row]
     shape = f"{short(1e3 * length)} mm long between its lift-off points" if length else "no crest"
-    where = f"{_at(results, row)}, top of layer {number}; {shape}"
+    where = f"{_bar(results, 'wrinkle_height')}{_at(results, row)}, top of layer {number}; {shape}"
     return Figure("Highest wrinkle", f"{short(1e3 * value)} mm", where, column, row)
 
 

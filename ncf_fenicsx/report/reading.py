@@ -23,6 +23,12 @@ def read_history(path: Path) -> Any:
     return np.atleast_1d(np.genfromtxt(whole, delimiter=",", names=True))
 
 
+def read_rows(folder: Path) -> list[dict[str, float]]:
+    """Rows of the ``history.csv`` of a results folder."""
+    columns = read_history(folder / "history.csv")
+    return [dict(zip(columns.dtype.names, map(float, row), strict=True)) for row in columns]
+
+
 def read_record(folder: Path) -> dict[str, Any]:
     """The ``run.json`` of a results folder."""
     return dict(json.loads((folder / "run.json").read_text(encoding="utf-8")))

@@ -22,15 +22,15 @@ LOWEST = 0.15
 """Height of the drawing over its length below which heights are drawn larger."""
 
 
-def varies_along_y(mesh: meshio.Mesh) -> bool:
-    """Whether the top face of a field file has other heights at another y."""
+def varies_along_y(mesh: meshio.Mesh, share: float = VARIES) -> bool:
+    """Whether the top face of a field file has other heights at another y, by more than a share of all its heights."""
     top = _top_nodes(mesh)
     lift = mesh.point_data["displacement"][top, 2]
     _, line = np.unique(mesh.points[top, 0].round(9), return_inverse=True)
     low, high = np.full(line.max() + 1, np.inf), np.full(line.max() + 1, -np.inf)
     np.minimum.at(low, line, lift)
     np.maximum.at(high, line, lift)
-    return bool((high - low).max() > VARIES * np.ptp(lift) and np.ptp(lift) > 0)
+    return bool((high - low).max() > share * np.ptp(lift) and np.ptp(lift) > 0)
 
 
 def draw_side_view(axes: Any, mesh: meshio.Mesh, scene: Scene, tips: list[Floats]) -> Any:

@@ -48,7 +48,10 @@ def draw_summary(folder: Path) -> Path:
     window = window_of(sections, tips, scene)
     in_space = wrinkle is not None and varies_along_y(meshes[-1])
     figure, axes = _panels(window, len(sections), in_space)
-    figure.suptitle("\n".join([scene.title, *textwrap.wrap(record.get("wrinkle", ""), 150)]))
+    bars = [
+        f"{found['title']}: {found['words']}" for found in record.get("accuracy", {}).get("quantities", {}).values()
+    ]
+    figure.suptitle("\n".join([scene.title, *bars, *textwrap.wrap(record.get("wrinkle", ""), 150)]))
     _draw_force(axes["force"], history, scene)
     _draw_profile(axes["profile"], sections, snapshots, tips, scene)
     (_draw_contact if wrinkle is None else _draw_wrinkle)(axes["contact"], history, scene)

@@ -20,7 +20,7 @@ from ncf_fenicsx.scene.fabric_file import with_fabric
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
 from ncf_fenicsx.scene.scene_file import apply_override, read_table
-from ncf_fenicsx.scene.settings import Explicit, Output, Solver
+from ncf_fenicsx.scene.settings import Accuracy, Explicit, Output, Solver
 from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
 from ncf_fenicsx.scene.usual_values import unusual
 from ncf_fenicsx.tools import path as motion
@@ -52,6 +52,7 @@ class Scene(Settings):
     gravity: Acceleration = parameter("9.81 m/s^2", description="gravity, along -z")
     solver: Solver = parameter(Solver(), description="steps and Newton's method")
     output: Output = parameter(Output(), description="what is written")
+    accuracy: Accuracy | None = parameter(None, description="what a sequence of finer runs is to reach")
     explicit: Explicit | None = parameter(None, description="how `ncf-fenicsx explicit` marches")
 
     @model_validator(mode="after")

@@ -8,7 +8,9 @@ from pydantic import PositiveInt, model_validator
 
 from ncf_fenicsx.kinds import Choice, Settings, parameter
 from ncf_fenicsx.laws.permeability import PermeabilityLaw
-from ncf_fenicsx.units import PositiveLength, PositiveTime
+from ncf_fenicsx.units import PositiveLength, PositiveMemory, PositiveShare, PositiveTime
+
+QuantityName = Literal["force", "vf", "vf_field", "void_volume", "wrinkle_height"]
 
 
 class Solver(Settings):
@@ -22,6 +24,9 @@ class Solver(Settings):
         None, description="largest time step; duration of the piece / 8 unless given"
     )
     smallest_step: PositiveTime | None = parameter(None, description="step at which a run stops; first_step / 1e4")
+    step_refinement: float = parameter(
+        1.0, gt=0, description="factor that first and largest steps, given or not, are divided by"
+    )
     max_steps: PositiveInt = parameter(1000, description="number of accepted steps at which a run stops")
     time_tolerance: float = parameter(
         0.005,
@@ -117,6 +122,22 @@ class Output(Settings):
     report: bool = parameter(True, description="write report.html, a page with the stack in 3-D")
     permeability: Annotated[PermeabilityLaw, Choice("permeability", "gebart")] | None = parameter(
         None, description="permeability as fields; none unless given"
+    )
+
+
+class Accuracy(Settings):
+    """What a sequence of runs, each finer than the last, is to reach, and where it ends without."""
+
+    quantities: tuple[QuantityName, ...] = parameter(
+        ("force",),
+        min_length=1,
+        description="whose error is to be bounded: force (the largest on a tool), vf (the largest), vf_field (at the "
+        "end), void_volume (the largest of all voids), wrinkle_height (of the highest)",
+    )
+    tolerance: PositiveShare = parameter("1 %", description="largest error bar of each over its size")
+    most_time: PositiveTime = parameter("1 h", description="wall time at which the best answer so far is taken")
+    most_memory: PositiveMemory | None = parameter(
+        None, description="memory that no run may need more than; four fifths of what is free unless given"
     )
 
 

@@ -11,6 +11,8 @@ from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength, Thi
 
 GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
 Order = Literal[1, 2]
+RESOLVED = 4
+"""Elements through a layer that are taken to resolve what happens in it."""
 Side = Literal["free", "fixed", "symmetry"]
 Bottom = Literal["plane", "free"]
 Grading = Annotated[float, Field(ge=0, lt=1)]
@@ -65,8 +67,10 @@ class Stack(Settings):
     divisions: Divisions | tuple[Divisions, ...] = parameter(
         (120, 24), description="elements along x and y, or a pair for each layer"
     )
-    through: PositiveInt | tuple[PositiveInt, ...] = parameter(
-        1, description="elements through each layer, one number or one a layer"
+    through: PositiveInt | tuple[PositiveInt, ...] | Literal["resolved"] = parameter(
+        1,
+        description="elements through each layer, one number or one a layer, which is part of the model; or resolved: "
+        "4, and as many more or less as the mesh is refined for an accuracy",
     )
     order: Order = parameter(
         1, description="order of the displacement in the plane of the layers: 1, or 2 with nodes halfway too"
@@ -108,4 +112,6 @@ class Stack(Settings):
     @property
     def elements_through(self) -> tuple[int, ...]:
         """Number of elements through each layer, from the bottom up."""
-        return self.through if isinstance(self.through, tuple) else (self.through,) * self.layers
+        if isinstance(self.through, tuple):
+            return self.through
+        return (RESOLVED if self.through == "resolved" else self.through,) * self.layers

@@ -1,14 +1,26 @@
-"""Why a run ends before its time: Ctrl-C, SIGTERM, or its own judgement; heard at the next Newton iteration."""
+"""Why a run ends before its time: Ctrl-C, SIGTERM, its deadline, its own judgement; heard at the next iteration."""
 
 from __future__ import annotations
 
+import math
 import signal
+import time
 from types import FrameType, TracebackType
 from typing import Any, Self
 
 from mpi4py import MPI
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS: dict[int, signal.Signals] = {
+    signal.SIGINT: signal.SIGINT,
+    signal.SIGTERM: signal.SIGTERM,
+    signal.SIGUSR1: signal.SIGINT,
+    signal.SIGUSR2: signal.SIGTERM,
+}
+"""Signals that end a run, with what was meant: a launcher passes the last two on to its ranks, but not the first."""
+INTERRUPTED = "interrupted"
+TIME_IS_UP = "its time is up"
+LATE = signal.NSIG
+"""Stands among the signals for a deadline that has passed."""
 
 
 class Interruption:
@@ -16,13 +28,14 @@ class Interruption:
 
     Args:
         comm: ranks of the run.
+        deadline: by the monotonic clock in s.
 
     Attributes:
         request: in words, why the run itself asks to end, the same on all ranks; None while it does not.
     """
 
-    def __init__(self, comm: MPI.Comm) -> None:
-        self.comm = comm
+    def __init__(self, comm: MPI.Comm, deadline: float = math.inf) -> None:
+        self.comm, self._deadline = comm, deadline
         self.request: str | None = None
         self._received = 0
         self._old: dict[int, Any] = {}
@@ -40,9 +53,17 @@ class Interruption:
         del frame
         if self._received:
             raise KeyboardInterrupt
-        self._received = number
+        self._received = SIGNALS[number]
 
     def reason(self) -> str | None:
         """In words, why to end; None to go on. Collective."""
-        number = self.comm.allreduce(self._received, MPI.MAX)
-        return f"interrupted by {signal.Signals(number).name}" if number else self.request
+        late = LATE if time.monotonic() > self._deadline else 0
+        number = self.comm.allreduce(max(self._received, late), MPI.MAX)
+        if number == LATE:
+            return TIME_IS_UP
+        return f"{INTERRUPTED} by {signal.Signals(number).name}" if number else self.request
+
+
+def was_asked_to_end(reason: str) -> bool:
+    """Whether a run ended for such a reason because someone asked for it, or its time was up."""
+    return INTERRUPTED in reason or TIME_IS_UP in reason

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
 
@@ -22,13 +23,14 @@ class ProgressBar:
         duration: time at the end in s.
         comm: ranks of the run; rank 0 shows, and a bar only without mpirun, which puts its output on a terminal
             of its own even if it ends in a file.
+        bars: error bars of columns of the history, over their size, that are known beforehand.
 
     Attributes:
         cautions: what a user has been told to mind, for the record of the run.
     """
 
-    def __init__(self, duration: float, comm: MPI.Comm) -> None:
-        self.visible = comm.rank == 0
+    def __init__(self, duration: float, comm: MPI.Comm, bars: Mapping[str, float] | None = None) -> None:
+        self.visible, self._bars = comm.rank == 0, bars or {}
         self.cautions: list[str] = []
         self.bar: Progress | None = None
         if comm.size == 1 and sys.stdout.isatty() and not LAUNCHERS & set(os.environ):
@@ -65,10 +67,13 @@ class ProgressBar:
         if "kinetic_share" in row:
             text += f"  {row['explicit_steps']:.0f} steps  kinetic {100 * row['kinetic_share']:.2g} %"
         if "tool_force" in row:
-            text += f"  {row['tool_force']:10.4g} N"
+            text += f"  {row['tool_force']:10.4g} N{self._bar('tool_force')}"
         if "vf_max" in row:
-            text += f"  Vf max {row['vf_max']:.4f}"
+            text += f"  Vf max {row['vf_max']:.4f}{self._bar('vf_max')}"
         if self.bar is not None:
             self.bar.update(self._task, completed=row["time"], description=" ".join(text.split()))
         elif self.visible:
             print(text, flush=True)
+
+    def _bar(self, column: str) -> str:
+        return f" +- {100 * self._bars[column]:.2g} %" if column in self._bars else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,8 @@ def run(
     overwrite: bool = False,
     restart: bool = False,
     written: str | None = None,
+    bars: Mapping[str, float] | None = None,
+    deadline: float = math.inf,
 ) -> Result:
     """Run a scene on all ranks of ``comm`` and write its results.
 
@@ -50,13 +53,15 @@ def run(
         overwrite: whether results in the folder may be replaced.
         restart: whether to go on from the checkpoint in the folder, or from the start where it has none yet.
         written: text that the scene was read from, to be kept with the results.
+        bars: error bars of columns of the history, over their size, to be shown with them.
+        deadline: by the monotonic clock in s, at which the run stops with its last good state.
 
     Raises:
         SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
         ResultError: results could not be written; what was written before stays.
     """
     with Claim(Path(folder), comm, overwrite or restart):
-        return Simulation(scene, Path(folder), comm, overwrite, restart, written).run()
+        return Simulation(scene, Path(folder), comm, overwrite, restart, written, bars, deadline).run()
 
 
 class Simulation:
@@ -70,10 +75,13 @@ class Simulation:
         overwrite: bool,
         restart: bool = False,
         written: str | None = None,
+        bars: Mapping[str, float] | None = None,
+        deadline: float = math.inf,
     ) -> None:
         self.scene, self.comm, self.phases, self._written = scene, comm, Phases(), written
         self.milestones, self.pieces = scene.milestones, pieces(scene)
-        self.progress, self.interruption = ProgressBar(self.milestones[-1], comm), Interruption(comm)
+        self.progress = ProgressBar(self.milestones[-1], comm, bars)
+        self.interruption = Interruption(comm, deadline)
         self._restarts = restart and on_root(comm, lambda: goes_on(folder, scene))
         self.problem = build_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
         with self.phases("forms"):

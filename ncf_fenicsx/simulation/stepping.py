@@ -90,13 +90,13 @@ class StepControl:
         Nothing is known of the local error in time before the first step of a piece: where that is controlled, this
         step is never longer than the share.
         """
-        share = duration / FIRST_STEPS
+        share, finer = duration / FIRST_STEPS, settings.step_refinement
         given = settings.first_step or share
-        first = min(given, share) if controls_time_error else given
+        first = (min(given, share) if controls_time_error else given) / finer
         return cls(
             first=first,
-            smallest=settings.smallest_step or first / 1e4,
-            largest=settings.largest_step or duration / 8,
+            smallest=min(settings.smallest_step or first / 1e4, first),
+            largest=(settings.largest_step or duration / 8) / finer,
             growth=settings.growth,
             cut=settings.cut,
             target_iterations=settings.target_iterations,

@@ -79,8 +79,11 @@ class VfField:
         ordered[index] = self.values
         return np.asarray(ordered[where])
 
+    def change(self, rest: float) -> float:
+        """Root mean square of its change from the Vf at rest."""
+        return float(np.sqrt(self.volumes @ (self.values - rest) ** 2 / self.volumes.sum()))
+
     def off(self, reference: VfField, rest: float) -> float:
         """Root mean square difference from a finer field, over that of its change from the Vf at rest."""
         difference = self.at(0.5 * (reference.low + reference.high)) - reference.values
-        error, change = reference.volumes @ difference**2, reference.volumes @ (reference.values - rest) ** 2
-        return float(np.sqrt(error / change))
+        return float(np.sqrt(reference.volumes @ difference**2 / reference.volumes.sum()) / reference.change(rest))

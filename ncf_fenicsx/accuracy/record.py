@@ -1,0 +1,76 @@
+"""What a sequence of runs writes: ``accuracy.json``, and its error bars in the results of the finest level."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from ncf_fenicsx.accuracy.answer import Answer, bar_words, words_of
+from ncf_fenicsx.accuracy.quantities import QUANTITIES
+from ncf_fenicsx.output.results_folder import ACCURACY
+from ncf_fenicsx.output.safe_files import replace
+from ncf_fenicsx.report.page import write_report
+from ncf_fenicsx.report.reading import read_record
+from ncf_fenicsx.report.summary_picture import draw_summary
+from ncf_fenicsx.scene.settings import Accuracy, Output
+
+
+def write_answer(folder: Path, answer: Answer, asked: Accuracy, ending: tuple[bool, str] | None) -> dict[str, Any]:
+    """Write ``accuracy.json`` of a sequence, also of one that goes on; what it holds.
+
+    Args:
+        folder: of the sequence.
+        answer: by now.
+        asked: what the scene asks for.
+        ending: whether the tolerance was met, and why the sequence ended; None while it goes on.
+
+    Raises:
+        ResultError: it cannot be written.
+    """
+    record = {
+        "asked": {"quantities": list(asked.quantities), "tolerance": asked.tolerance},
+        "met": ending is not None and ending[0],
+        "ending": "goes on, or was killed" if ending is None else ending[1],
+        "quantities": {name: _quantity(answer, name) for name in answer.estimates},
+        "words": answer.lines,
+        "different_branches": answer.branches,
+        "levels": [_level(answer, number) for number in range(len(answer.levels))],
+    }
+    _write(folder / ACCURACY, record)
+    return record
+
+
+def _quantity(answer: Answer, name: str) -> dict[str, Any]:
+    """An estimate in SI; None for what is not known."""
+    one = answer.estimates[name]
+    numbers = {"value": one.value, "bar": one.bar, "relative_bar": one.relative, "order": one.order, "limit": one.limit}
+    known = {key: value if math.isfinite(value) else None for key, value in numbers.items()}
+    words = {"title": QUANTITIES[name].title, "words": words_of(name, one), "bar_words": bar_words(name, one)}
+    return known | {"levels": one.levels, "basis": one.basis.value} | words
+
+
+def _level(answer: Answer, number: int) -> dict[str, Any]:
+    level = answer.levels[number]
+    cost = {"unknowns": level.cost.unknowns, "seconds": level.cost.seconds, "peak_memory_mb": level.cost.memory / 1e6}
+    changed = {"vf_field_change": answer.changes[number - 1]} if number and answer.changes else {}
+    return {"level": level.number, **cost, "values": level.values, **changed, "stability_lost_at": level.lost}
+
+
+def show_in(folder: Path, record: dict[str, Any], output: Output) -> None:
+    """Put the error bars of a sequence into the record of a run, and draw what its scene asks for.
+
+    Raises:
+        ResultError: they cannot be written.
+    """
+    shown = {key: record[key] for key in ("asked", "met", "ending", "quantities", "different_branches")}
+    _write(folder / "run.json", read_record(folder) | {"accuracy": shown})
+    if output.picture:
+        draw_summary(folder)
+    if output.report:
+        write_report(folder)
+
+
+def _write(path: Path, record: dict[str, Any]) -> None:
+    replace(path, lambda beside: beside.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8"))
