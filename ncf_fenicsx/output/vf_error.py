@@ -25,10 +25,11 @@ class VfError:
 
     Attributes:
         recovery: smooths the field in the plane.
+        volumes: as given.
     """
 
     def __init__(self, problem: Problem, volumes: Floats) -> None:
-        self._comm, self._volumes = problem.comm, volumes
+        self._comm, self.volumes = problem.comm, volumes
         self._rest = problem.scene.stack.initial_volume_fraction
         scalars = problem.contacts.body.spaces.scalars
         upright = Upright.of(scalars)
@@ -48,7 +49,7 @@ class VfError:
         plane, through = self.recovery.squares(vf), np.zeros_like(vf)
         if self._through is not None:
             through = self._through.squares(vf, stress, self._faces.at_nodes(pressures))
-        parts = np.stack([plane, through, (vf - self._rest) ** 2]) @ self._volumes
+        parts = np.stack([plane, through, (vf - self._rest) ** 2]) @ self.volumes
         in_plane, across, change = self._comm.allreduce(parts)
         if change <= 0:
             return {"vf_error": 0.0, "vf_error_in_plane": 0.0}

@@ -21,7 +21,7 @@ from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
 from ncf_fenicsx.scene.scene_file import apply_override, read_table
 from ncf_fenicsx.scene.settings import Explicit, Output, Solver
-from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
+from ncf_fenicsx.scene.stack import AUTOMATIC, GIVEN_BY_MESH, GIVEN_BY_NODES, Stack
 from ncf_fenicsx.scene.usual_values import unusual
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
@@ -112,6 +112,9 @@ class Scene(Settings):
             raise impossible("stack.areal_density", self.stack.areal_density, f"gives Vf0 = {initial:.3f}; {expected}")
         for law in self.laws.chosen:
             law.check(self.conditions)
+        if self.laws.solid is not None and self.stack.is_automatic:
+            expected = "expected two numbers with laws.solid, which has no Vf for a mesh to follow"
+            raise impossible("stack.divisions", AUTOMATIC, expected)
         solid, limit = self.laws.solid, POINT_PRESSURE_HOLDS_TO
         if solid is not None and self.contact_uses_own_pressure and solid.poisson > limit:
             expected = f"expected {limit:g} at most with Nitsche's method: the stress at a node is then not the layer's"
@@ -261,6 +264,10 @@ class Scene(Settings):
         table: dict[str, Any] = _without_none(self.model_dump())
         if self.laws.solid is not None:
             table["laws"] = {"solid": table["laws"]["solid"]}
+        for key in GIVEN_BY_NODES if self.stack.nodes is not None else ():
+            table["stack"].pop(key, None)
+        if not self.stack.is_automatic:
+            table["stack"].pop("mesh_error", None)
         if self.stack.mesh is not None:
             for key in GIVEN_BY_MESH:
                 table["stack"].pop(key, None)

@@ -12,7 +12,6 @@ from mpi4py import MPI
 from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.checkpoint import Checkpoint
-from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
 from ncf_fenicsx.scene import Scene
@@ -30,32 +29,6 @@ from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedSte
 from ncf_fenicsx.simulation.stepping import Ending, March, march, pieces
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
-
-
-def run(
-    scene: Scene,
-    folder: str | Path,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-    overwrite: bool = False,
-    restart: bool = False,
-    written: str | None = None,
-) -> Result:
-    """Run a scene on all ranks of ``comm`` and write its results.
-
-    Args:
-        scene: the case.
-        folder: for results; made if it does not exist.
-        comm: ranks that share the work.
-        overwrite: whether results in the folder may be replaced.
-        restart: whether to go on from the checkpoint in the folder, or from the start where it has none yet.
-        written: text that the scene was read from, to be kept with the results.
-
-    Raises:
-        SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
-        ResultError: results could not be written; what was written before stays.
-    """
-    with Claim(Path(folder), comm, overwrite or restart):
-        return Simulation(scene, Path(folder), comm, overwrite, restart, written).run()
 
 
 class Simulation:
