@@ -136,8 +136,10 @@ class Simulation:
         more |= {"factorisations": self.newton.linear.factorisations, "krylov_steps": self.newton.linear.krylov_steps}
         more["convergence"] = tolerances(self.problem)
         if self.history and "vf_error" in self.history[-1]:
-            more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}
-            self.progress.note(f"estimated error of the field of Vf: {100 * self.history[-1]['vf_error']:.2g} %")
+            whole, plane = self.history[-1]["vf_error"], self.history[-1]["vf_error_in_plane"]
+            more["estimated_error"] = {"vf_field": whole, "vf_field_in_plane": plane}
+            parts = f"{100 * whole:.2g} %, in the plane of the layers {100 * plane:.2g} %"
+            self.progress.note(f"estimated error of the field of Vf: {parts}")
         more |= wrinkle(self.problem, self.history, self.progress)
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)

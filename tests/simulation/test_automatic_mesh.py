@@ -35,7 +35,7 @@ def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder):
     found = Scene.read(folder / "first" / "scene.toml")
     x, y = (np.array(positions) for positions in found.stack.nodes)
     assert len(y) == 2, "nothing varies along y"
-    assert 0.5 < last["vf_error_in_plane"] / 0.03 < 1.2
+    assert 0.5 < last["vf_error_in_plane"] / 0.03 < 1.5
     assert np.diff(x).min() == np.diff(x)[x[:-1] < 2.5e-3].min(), "finest under the roller"
     assert (folder / "first" / "coarse_run" / "run.json").is_file()
     again, _ = solved(found, folder / "second")
