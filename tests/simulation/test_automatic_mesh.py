@@ -40,6 +40,7 @@ def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder):
     assert (folder / "first" / "coarse_run" / "run.json").is_file()
     again, _ = solved(found, folder / "second")
     assert again["tool_force"] == pytest.approx(last["tool_force"], rel=1e-9)
+    assert run(found, folder / "first", restart=True).history[-1]["tool_force"] == last["tool_force"]
 
 
 def test_it_has_a_smaller_error_than_an_even_mesh_with_as_many_elements(table, folder):
