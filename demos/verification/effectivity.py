@@ -45,16 +45,26 @@ class Case:
 
 
 THROUGH = tuple((30, 1, through) for through in (1, 2, 3, 4))
-PRESSED = "tool.path=[{travel=['0 mm', '0 mm', '-1.5 mm'], speed='2 mm/min'}]"
+
+
+def pressed(depth: float) -> str:
+    """A path straight down by a depth (mm)."""
+    return f"tool.path=[{{travel=['0 mm', '0 mm', '-{depth} mm'], speed='2 mm/min'}}]"
+
+
+SET = (
+    "laws={shear={modulus='2 MPa'}, relaxation={kind='maxwell', branches=[{share=0.2, time='10 s'}]}, "
+    "unloading={kind='permanent_set'}}"
+)
 CASES = {
     "long roller, 2 MPa": Case("long_roller", (*strip(30), *STIFF, SOFT), THROUGH, (60, 1, 16)),
     "long roller, 10 MPa": Case("long_roller", (*strip(30), *STIFF, "laws.shear.modulus=10 MPa"), THROUGH, (60, 1, 16)),
-    "deep, 2 MPa": Case("deep", (*strip(30), SOFT), THROUGH, (60, 1, 16)),
-    "deep to 1.5 mm": Case("deep", (*strip(30), PRESSED), THROUGH[:3], (45, 1, 8)),
-    "roller, 2 MPa": Case("roller", (), ((16, 10, 1), (16, 10, 2)), (24, 15, 6)),
+    "deep, 2 MPa, to 1 mm": Case("deep", (*strip(30), SOFT, pressed(1)), THROUGH, (60, 1, 8)),
+    "deep to 1.5 mm": Case("deep", (*strip(30), pressed(1.5)), THROUGH[:3], (45, 1, 8)),
+    "press, hold, lift, no bending": Case("relaxation", (*strip(30), SET), THROUGH[:3], (60, 1, 8)),
     "relaxation": Case("relaxation", strip(30), ((22, 1, 1), (45, 1, 1), (90, 1, 1)), (360, 1, 1)),
     "moving roller": Case("moving_roller", strip(60), ((75, 1, 1), (150, 1, 1), (300, 1, 1)), (600, 1, 1)),
-    "roller that bends": Case("roller", ("laws.bending.modulus=0.1 GPa",), ((20, 12, 1), (30, 18, 1)), (80, 48, 1)),
+    "roller that bends": Case("roller", ("laws.bending.modulus=0.1 GPa",), ((20, 12, 1),), (60, 36, 1)),
 }
 
 
