@@ -74,6 +74,7 @@ class Measures:
         contacts: measures of contacts, with their fields at nodes.
         energies: work of the tools and of friction.
         error: estimated error of the field of Vf; None of a solid.
+        state: what measures remember from step to step.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -95,6 +96,7 @@ class Measures:
         self.forces = Forces(problem, weight)
         self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
         self.error = VfError(problem, self._volume) if self.has_fibres else None
+        self.state = [*self.energies.state, *(self.error.state if self.error is not None else [])]
 
     def observe(self, residual: Floats, time: float) -> dict[str, float]:
         """Measured columns of the history in the trial state, before it is committed: stress follows the states before.

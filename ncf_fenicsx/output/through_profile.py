@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.laws.law import CompactionStep
 from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mesh.state_fields import Location, StateField
 from ncf_fenicsx.mesh.upright import NONE, Upright
 from ncf_fenicsx.scene.laws import Laws
 
@@ -23,40 +24,35 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class SlowLaw:
-    """What slow loading would press with in each of some cells; where one opens, what slow unloading would.
+    """What slow loading, or unloading after it, would press with at some places.
 
     Attributes:
         laws: of the fabric.
         rest: Vf of the fabric at rest.
-        states: means in the cells of what unloading remembers, from the start of the step.
-        opens: which cells open.
+        states: what unloading remembers at each place, by name; empty without unloading.
     """
 
     laws: Laws
     rest: float
     states: dict[str, Floats]
-    opens: Flags
 
-    @classmethod
-    def of(cls, laws: Laws, rest: float, states: dict[str, Floats], vf: Floats) -> SlowLaw:
-        """That of cells with means of Vf: those open where unloading has less pressure."""
-        law = cls(laws, rest, states, np.ones(len(vf), dtype=bool))
-        return replace(law, opens=law.pressure(vf) < law._loading(vf) * (1 - ROUND_OFF))
-
-    def within(self, cells: Flags) -> SlowLaw:
-        """That of some of the cells."""
-        states = {name: values[cells] for name, values in self.states.items()}
-        return replace(self, states=states, opens=self.opens[cells])
+    def within(self, places: Flags) -> SlowLaw:
+        """That of some of the places."""
+        return replace(self, states={name: values[places] for name, values in self.states.items()})
 
     def pressure(self, vf: Floats) -> Floats:
-        """Pressure in Pa at a Vf in each cell."""
-        if self.laws.unloading is None:
-            return self._loading(vf)
-        step = CompactionStep(vf, vf, self.rest, 0.0, 0.0, 0.0, self._loading)
-        return np.where(self.opens, self.laws.unloading.pressure(step, self.states), self._loading(vf))
+        """Pressure in Pa at a Vf at each place."""
+        unloading = self.laws.unloading
+        pressure: Floats = self._loading(vf) if unloading is None else unloading.pressure(self._step(vf), self.states)
+        return pressure
+
+    def updated(self, vf: Floats) -> dict[str, Floats]:
+        """What unloading remembers once a Vf was reached at each place."""
+        unloading = self.laws.unloading
+        return {} if unloading is None else unloading.updated_states(self._step(vf), self.states)
 
     def volume_fraction(self, pressure: Floats, limit: float) -> Floats:
-        """Vf below a limit at which each cell has a pressure (Pa), by halving."""
+        """Vf below a limit at which each place has a pressure (Pa), by halving."""
         low, high = np.full_like(pressure, LEAST * self.rest), np.full_like(pressure, limit * (1 - ROUND_OFF))
         for _ in range(HALVINGS):
             middle = (low + high) / 2
@@ -68,32 +64,45 @@ class SlowLaw:
         pressure: Floats = self.laws.compaction.pressure(vf, self.rest)
         return pressure
 
+    def _step(self, vf: Floats) -> CompactionStep:
+        return CompactionStep(vf, vf, self.rest, 0.0, 0.0, 0.0, self._loading)
+
 
 class ThroughProfile:
     """A parabola of Vf through each cell: its mean is that of the cell, its ends are what the faces say.
 
     - Between cells of one layer: the mean of both.
     - Where something touches, or nothing does: the Vf at which the laws have the pressure of the contact. The law of
-      slow compaction, or of unloading where a cell opens, is taken times a factor, the same throughout a cell, for
-      which the cell's mean Vf has its mean pressure: what speed and relaxation do to the law is in that factor.
+      slow compaction is taken times a factor, the same throughout a cell, for which the cell's mean Vf has its mean
+      pressure: what speed and relaxation do to the law is in that factor. What unloading remembers is that of the face.
     - On the plane that holds the bottom down, nothing bends, so no shear changes the pressure: the slope is zero.
 
     Args:
         problem: whose state is measured.
         upright: its cells as they stand on each other.
+
+    Attributes:
+        state: what unloading remembers at the faces of the cells.
     """
 
     def __init__(self, problem: Problem, upright: Upright) -> None:
         scene = problem.scene
         self._upright, self._laws = upright, scene.laws
         self._rest, self._limit = scene.stack.initial_volume_fraction, scene.packing_limit[0]
-        kept = scene.laws.unloading.initial_states(self._rest) if scene.laws.unloading is not None else ()
-        self._states = {name: problem.states[name] for name in kept}
+        unloading, cells = scene.laws.unloading, len(problem.stack.layer)
+        initial = {} if unloading is None else unloading.initial_states(self._rest)
+        self._in_cells = {name: problem.states[name] for name in initial}
+        self._at_faces = {name: np.full((2, cells), value) for name, value in initial.items()}
+        both = np.arange(2 * cells, dtype=np.int32).reshape(2, cells).T
+        self.state = [
+            StateField(f"profile.{name}", Location.CELLS, values.reshape(-1), entries=both)
+            for name, values in self._at_faces.items()
+        ]
         on_plane = scene.mould is None and scene.stack.sides.bottom == "plane"
         self._mirrored = (upright.below == NONE) & (problem.stack.layer == 0) & on_plane
 
     def squares(self, vf: Floats, stress: Floats, pressures: Floats) -> Floats:
-        """Mean square in each cell of the parabola less its mean, shape (cells,).
+        """Mean square in each cell of the parabola less its mean, shape (cells,); once a step, before its commit.
 
         Args:
             vf: means of the cells.
@@ -108,19 +117,21 @@ class ThroughProfile:
     def _ends(self, vf: Floats, stress: Floats, pressures: Floats) -> tuple[Floats, Floats]:
         """Vf at the lower and the upper face of each cell."""
         upright = self._upright
-        states = {
-            name: field.committed_rows().reshape(len(vf), -1).mean(axis=1) for name, field in self._states.items()
+        cells = {
+            name: field.committed_rows().reshape(len(vf), -1).mean(axis=1) for name, field in self._in_cells.items()
         }
-        law = SlowLaw.of(self._laws, self._rest, states, vf)
-        slow = law.pressure(vf)
+        slow = SlowLaw(self._laws, self._rest, cells).pressure(vf)
         told = (stress < 0) & (slow > 0)
         factor = np.divide(-stress, slow, out=np.ones_like(vf), where=told)
         ends = []
-        for nodes, neighbour in ((upright.lower, upright.below), (upright.upper, upright.above)):
-            outside = (neighbour == NONE) & told
+        for face, (nodes, neighbour) in enumerate(((upright.lower, upright.below), (upright.upper, upright.above))):
+            law = SlowLaw(self._laws, self._rest, {name: values[face] for name, values in self._at_faces.items()})
+            outside = (neighbour == NONE) & (told | bool(self._at_faces))
             values = np.where(neighbour == NONE, vf, (vf + vf[neighbour]) / 2)
             pressed = np.maximum(pressures[nodes[outside]].mean(axis=1), 0.0) / factor[outside]
             values[outside] = law.within(outside).volume_fraction(pressed, self._limit)
+            for name, updated in law.updated(values).items():
+                self._at_faces[name][face] = updated
             ends.append(values)
         lower, upper = ends
         return np.where(self._mirrored, (3 * vf - upper) / 2, lower), upper

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.mesh.state_fields import StateField
 from ncf_fenicsx.mesh.upright import Upright
 from ncf_fenicsx.output.error_estimate import Recovery
 from ncf_fenicsx.output.face_pressures import FacePressures
@@ -26,6 +27,7 @@ class VfError:
     Attributes:
         recovery: smooths the field in the plane.
         volumes: as given.
+        state: what the estimate remembers.
     """
 
     def __init__(self, problem: Problem, volumes: Floats) -> None:
@@ -35,8 +37,10 @@ class VfError:
         upright = Upright.of(scalars)
         self.recovery = Recovery(scalars, volumes, upright)
         self._through: ThroughProfile | None = None
+        self.state: list[StateField] = []
         if problem.scene.laws.bending is None:
             self._through, self._faces = ThroughProfile(problem, upright), FacePressures(problem, upright)
+            self.state = self._through.state
 
     def observe(self, vf: Floats, stress: Floats, pressures: Floats | None) -> dict[str, float]:
         """Columns of the history.

@@ -52,7 +52,7 @@ class Simulation:
             self.measures = Measures(self.problem)
             self.newton = Newton(self.problem, scene.solver, self.phases, self.interruption.reason)
             solver = AugmentedNewton(self.problem, self.newton)
-            self.time_step = TimeStep(self.problem, solver.solve, self.measures.energies.state)
+            self.time_step = TimeStep(self.problem, solver.solve, self.measures.state)
             self.stabilisation = Stabilisation.of_scene(scene)
             self.steps = StabilisedStep(self.time_step, self.stabilisation)
         self.results = Results(folder, self.problem, self.measures)

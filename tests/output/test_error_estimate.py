@@ -112,6 +112,20 @@ def test_the_estimate_is_near_the_error_of_layers_with_one_element_and_with_two(
     assert 0.7 < found[2] < 1.4
 
 
+def test_what_stays_of_a_profile_after_the_tool_has_lifted_is_seen(table, folder):
+    """Unloading goes by the largest Vf of each face, also where a run is restarted between."""
+    path = [*table["tool"]["path"], {"travel": ["0 mm", "0 mm", "0.4 mm"], "speed": "2 mm/min"}]
+    laws = {"unloading": {"kind": "permanent_set"}, "shear": {"modulus": "2 MPa"}}
+    pressed = Scene.from_table(table | {"laws": laws})
+    lifted = Scene.from_table(table | {"laws": laws, "tool": table["tool"] | {"path": path}})
+    whole = run(lifted, folder / "whole").history
+    run(pressed, folder / "in_two")
+    row = run(lifted, folder / "in_two", restart=True).history[-1]
+    assert row["tool_force"] == 0.0
+    assert row["vf_error"] > 1.5 * row["vf_error_in_plane"]
+    assert row["vf_error"] == pytest.approx(whole[-1]["vf_error"], rel=1e-6)
+
+
 def test_both_faces_of_an_interface_have_one_pressure(table, folder):
     """What the upper face is told by forces is what the lower one has, where their nodes face each other."""
     simulation = Simulation(Scene.from_table(table), folder, COMM, overwrite=False)
