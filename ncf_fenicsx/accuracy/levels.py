@@ -44,7 +44,7 @@ class Levels:
         flat: whether a level has shown that nothing varies along y: finer ones then stay as they are along it.
 
     Raises:
-        SceneError: the stack is read from a file, which cannot be refined.
+        SceneError: the stack is read from a file, or its nodes are given, which cannot be refined.
     """
 
     scene: Scene
@@ -54,6 +54,10 @@ class Levels:
         if self.scene.stack.mesh is not None:
             words = "expected an extruded stack (stack.divisions), which can be refined"
             raise SceneError(f"accuracy: stack.mesh = {self.scene.stack.mesh!r}: {words}")
+
+        if self.scene.stack.is_automatic or self.scene.stack.nodes is not None:
+            key = 'stack.divisions = "automatic"' if self.scene.stack.is_automatic else "stack.nodes"
+            raise SceneError(f"accuracy: {key}: expected numbers of elements in stack.divisions, which can be refined")
 
     def __getitem__(self, level: int) -> Scene:
         """The scene of a level, counted from 0."""

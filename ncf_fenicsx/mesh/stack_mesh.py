@@ -138,11 +138,22 @@ def focus_of(scene: Scene) -> tuple[float, float]:
     return scene.stack.focus or (scene.tool[0].position if scene.tool else (0.0, 0.0))
 
 
+def grid_lines(stack: Stack, focus: tuple[float, float], divisions: tuple[int, int], axis: int) -> hexahedra.Floats:
+    """Coordinates in m of the element edges of an extruded stack along an axis.
+
+    Args:
+        stack: its settings.
+        focus: x and y in m that elements are refined towards.
+        divisions: elements along x and y.
+        axis: 0 for x, 1 for y.
+    """
+    if stack.nodes is not None:
+        return np.array(stack.nodes[axis])
+    return hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis])
+
+
 def _extruded(stack: Stack, focus: tuple[float, float]) -> Hexahedra:
-    grids = [
-        [hexahedra.graded(divisions[axis], stack.size[axis], focus[axis], stack.grading[axis]) for axis in (0, 1)]
-        for divisions in stack.divisions_by_layer
-    ]
+    grids = [[grid_lines(stack, focus, divisions, axis) for axis in (0, 1)] for divisions in stack.divisions_by_layer]
     heights = [
         stack.thickness * np.linspace(number, number + 1, elements + 1)
         for number, elements in enumerate(stack.elements_through)

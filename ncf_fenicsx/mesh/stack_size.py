@@ -14,8 +14,8 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mesh import hexahedra
 from ncf_fenicsx.mesh.elements import Element
-from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Floats, Hexahedra, Integers, graded, lower_tag
-from ncf_fenicsx.mesh.stack_mesh import focus_of, stack_of
+from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Floats, Hexahedra, Integers, lower_tag
+from ncf_fenicsx.mesh.stack_mesh import focus_of, grid_lines, stack_of
 from ncf_fenicsx.mesh.tool_placement import check_placement, placement_cautions, position_of_tools, reached, stops
 from ncf_fenicsx.mesh.wave_resolution import wave_cautions
 from ncf_fenicsx.scene import Scene
@@ -119,7 +119,8 @@ def _check_lengths(scene: Scene) -> None:
 
 def _lines(stack: Stack, focus: tuple[float, float], divisions: tuple[int, int], axis: int) -> Floats:
     """Coordinates in m of the element edges along an axis."""
-    return graded(min(divisions[axis], MOST), stack.size[axis], focus[axis], stack.grading[axis])
+    x, y = divisions
+    return grid_lines(stack, focus, (min(x, MOST), min(y, MOST)), axis)
 
 
 def _few_cells(scene: Scene) -> Hexahedra:

@@ -15,10 +15,10 @@ from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.output.contact_measures import OPENING_COLUMNS, RIGID_COLUMNS, ContactMeasures
 from ncf_fenicsx.output.energies import COLUMNS as ENERGY_COLUMNS
 from ncf_fenicsx.output.energies import Energies
-from ncf_fenicsx.output.error_estimate import Recovery
 from ncf_fenicsx.output.face_waves import WAVE_COLUMNS
 from ncf_fenicsx.output.forces import FORCE_COLUMNS, Forces
 from ncf_fenicsx.output.mould_void import VOID_COLUMNS
+from ncf_fenicsx.output.vf_error import VfError
 
 Floats = NDArray[np.float64]
 
@@ -32,8 +32,10 @@ COLUMNS = {
     "vf_max": ("1", "largest fibre volume fraction, by cell"),
     "vf_error": (
         "1",
-        "estimated error of the field of Vf by the mesh, over the field's change, root mean squares",
+        "estimated error of the field of Vf by the mesh, over the field's change, root mean squares; "
+        "with laws.bending in the plane alone, as one element through each layer is then the model",
     ),
+    "vf_error_in_plane": ("1", "the part of it that more elements along x and y would take away"),
     **ENERGY_COLUMNS,
     **RIGID_COLUMNS,
     **{f"{name}_N": meaning for name, meaning in (OPENING_COLUMNS | WAVE_COLUMNS).items()},
@@ -71,6 +73,8 @@ class Measures:
         forces: of tools, mould and held sides.
         contacts: measures of contacts, with their fields at nodes.
         energies: work of the tools and of friction.
+        error: estimated error of the field of Vf; None of a solid.
+        state: what measures remember from step to step.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -88,10 +92,11 @@ class Measures:
         self.cells: dict[str, Floats] = {}
         self._forms = {name: compat.compile_form(integral) for name, integral in integrals.items()}
         self._volume = self._integrals("volume")
-        self._recovery = Recovery(problem.contacts.body.spaces.scalars, self._volume)
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
         self.forces = Forces(problem, weight)
         self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
+        self.error = VfError(problem, self._volume) if self.has_fibres else None
+        self.state = [*self.energies.state, *(self.error.state if self.error is not None else [])]
 
     def observe(self, residual: Floats, time: float) -> dict[str, float]:
         """Measured columns of the history in the trial state, before it is committed: stress follows the states before.
@@ -105,10 +110,9 @@ class Measures:
         if permeability is not None:
             vf = self.cells["volume_fraction"]
             self.cells |= {"permeability_along": permeability.along(vf), "permeability_across": permeability.across(vf)}
-        row = self.forces.observe(residual)
-        if self.has_fibres:
-            row |= self._volume_fractions(self.cells["volume_fraction"])
-        return row | self.energies.observe(time) | self.contacts.observe()
+        forces, contacts = self.forces.observe(residual), self.contacts.observe()
+        fractions = self._volume_fractions(self.cells["volume_fraction"]) if self.error is not None else {}
+        return forces | fractions | self.energies.observe(time) | contacts
 
     def _volume_fractions(self, vf: Floats) -> dict[str, float]:
         comm, stack = self.problem.comm, self.problem.stack
@@ -116,8 +120,9 @@ class Measures:
             "vf_min": comm.allreduce(float(vf.min(initial=1.0)), MPI.MIN),
             "vf_mean": self._mean(vf, slice(None)),
             "vf_max": comm.allreduce(float(vf.max(initial=0.0)), MPI.MAX),
-            "vf_error": self._recovery.error(vf, self.problem.scene.stack.initial_volume_fraction),
         }
+        if self.error is not None:
+            columns |= self.error.observe(vf, self.cells["stress_33"], self.contacts.nodes.get("contact_pressure"))
         for number in range(self.problem.scene.stack.layers):
             columns[f"vf_mean_layer_{number + 1}"] = self._mean(vf, stack.layer == number)
         return columns

@@ -43,7 +43,12 @@ def curves(results: Results) -> list[dict[str, Any]]:
             "Estimated errors and shares",
             "1",
             1,
-            [("vf_error", "of Vf by the mesh"), ("time_error", "in time"), ("viscous_share", "viscous share")],
+            [
+                ("vf_error", "of Vf by the mesh"),
+                ("vf_error_in_plane", "of it in the plane"),
+                ("time_error", "in time"),
+                ("viscous_share", "viscous share"),
+            ],
         ),
         _curve("Negative pivots", "1", 1, [("negative_pivots", "negative pivots")]),
         _curve("Iterations and cuts", "1", 1, [("newton_iterations", "iterations"), ("step_cuts", "cuts")]),

@@ -216,7 +216,8 @@ EXPLAINED = {
     "about-error": (
         "Estimated error of the mesh",
         "vf_error is a root mean square over the stack, relative to how much Vf has changed; no band around a curve. "
-        "Refine the mesh under the tool and compare. It says nothing of errors of the laws.",
+        "More elements along x and y take vf_error_in_plane away, more through the layers the rest; "
+        "one element through each is the paper's model. It says nothing of errors of the laws.",
     ),
     "about-viscosity": (
         "Stabilising viscosity",

@@ -19,9 +19,9 @@ from ncf_fenicsx.laws.solid import POINT_PRESSURE_HOLDS_TO
 from ncf_fenicsx.scene.fabric_file import with_fabric
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
-from ncf_fenicsx.scene.scene_file import apply_override, read_table
+from ncf_fenicsx.scene.scene_file import apply_override, read_table, without_none
 from ncf_fenicsx.scene.settings import Accuracy, Explicit, Output, Solver
-from ncf_fenicsx.scene.stack import GIVEN_BY_MESH, Stack
+from ncf_fenicsx.scene.stack import AUTOMATIC, GIVEN_BY_MESH, GIVEN_BY_NODES, Stack
 from ncf_fenicsx.scene.usual_values import unusual
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
@@ -121,6 +121,9 @@ class Scene(Settings):
             raise impossible("stack.areal_density", self.stack.areal_density, f"gives Vf0 = {initial:.3f}; {expected}")
         for law in self.laws.chosen:
             law.check(self.conditions)
+        if self.laws.solid is not None and self.stack.is_automatic:
+            expected = "expected two numbers with laws.solid, which has no Vf for a mesh to follow"
+            raise impossible("stack.divisions", AUTOMATIC, expected)
         solid, limit = self.laws.solid, POINT_PRESSURE_HOLDS_TO
         if solid is not None and self.contact_uses_own_pressure and solid.poisson > limit:
             expected = f"expected {limit:g} at most with Nitsche's method: the stress at a node is then not the layer's"
@@ -267,9 +270,13 @@ class Scene(Settings):
 
     def table(self) -> dict[str, Any]:
         """The scene with all defaults filled in, in SI, as nested tables: what it does not use is left out."""
-        table: dict[str, Any] = _without_none(self.model_dump())
+        table: dict[str, Any] = without_none(self.model_dump())
         if self.laws.solid is not None:
             table["laws"] = {"solid": table["laws"]["solid"]}
+        for key in GIVEN_BY_NODES if self.stack.nodes is not None else ():
+            table["stack"].pop(key, None)
+        if not self.stack.is_automatic:
+            table["stack"].pop("mesh_error", None)
         if self.stack.mesh is not None:
             for key in GIVEN_BY_MESH:
                 table["stack"].pop(key, None)
@@ -287,9 +294,3 @@ class Scene(Settings):
 
 def _over(surface: Surface, position: tuple[float, float]) -> Surface:
     return surface if "position" in surface.model_fields_set else surface.model_copy(update={"position": position})
-
-
-def _without_none(table: Any) -> Any:
-    if isinstance(table, dict):
-        return {key: _without_none(value) for key, value in table.items() if value is not None}
-    return [_without_none(item) for item in table] if isinstance(table, list | tuple) else table

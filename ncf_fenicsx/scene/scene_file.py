@@ -100,3 +100,10 @@ def as_written(path: Path, overrides: Sequence[str]) -> str:
     """
     replaced = "".join(f"# --set {text}\n" for text in overrides)
     return replaced + decoded(path, path.read_bytes())
+
+
+def without_none(table: Any) -> Any:
+    """Nested tables and lists without the keys that have no value, which TOML cannot write."""
+    if isinstance(table, dict):
+        return {key: without_none(value) for key, value in table.items() if value is not None}
+    return [without_none(item) for item in table] if isinstance(table, list | tuple) else table

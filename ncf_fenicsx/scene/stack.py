@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, cast
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, PositiveInt, model_validator
 
+from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import Settings, parameter
 from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength, Thickness
 
-GIVEN_BY_MESH = {"size", "divisions", "through", "grading", "focus"}
+GIVEN_BY_NODES = {"divisions", "grading", "focus", "mesh_error"}
+GIVEN_BY_MESH = {"size", "through", "nodes", *GIVEN_BY_NODES}
+AUTOMATIC = "automatic"
+SAME = 1e-6
+"""Difference of two lengths over their size that is round-off."""
 Order = Literal[1, 2]
 RESOLVED = 4
 """Elements through a layer that are taken to resolve what happens in it."""
@@ -18,7 +24,21 @@ Bottom = Literal["plane", "free"]
 Grading = Annotated[float, Field(ge=0, lt=1)]
 
 
-Divisions = tuple[PositiveInt, PositiveInt]
+def _none_if_automatic(value: Any) -> Any:
+    if isinstance(value, str) and value != AUTOMATIC:
+        raise ValueError(f'expected two whole numbers, or "{AUTOMATIC}"')
+    return None if value == AUTOMATIC else value
+
+
+Count = Annotated[int, Field(gt=0, strict=True)]
+Divisions = tuple[Count, Count]
+DivisionsOrNone = Annotated[
+    Divisions | tuple[Divisions, ...] | None,
+    BeforeValidator(_none_if_automatic),
+    PlainSerializer(lambda value: AUTOMATIC if value is None else value),
+]
+"""None is the word "automatic"."""
+Nodes = Annotated[tuple[Length, ...], Field(min_length=2)]
 
 
 class Sides(Settings):
@@ -64,8 +84,21 @@ class Stack(Settings):
     )
     areal_density: ArealDensity = parameter("1425 g/m^2", description="mass per area of each layer")
     fibre_density: Density = parameter("1.79e6 g/m^3", description="density of the fibres")
-    divisions: Divisions | tuple[Divisions, ...] = parameter(
-        (120, 24), description="elements along x and y, or a pair for each layer"
+    divisions: DivisionsOrNone = parameter(
+        (120, 24),
+        description='elements along x and y, or a pair for each layer; or "automatic": by a coarse run, for mesh_error',
+    )
+    mesh_error: float = parameter(
+        0.01,
+        gt=0,
+        le=0.5,
+        description="with automatic divisions, the error of the field of Vf by the mesh in the plane, over the field's "
+        "change, that is aimed at",
+    )
+    nodes: tuple[Nodes, Nodes] | None = parameter(
+        None,
+        description="x and y of the nodes, from 0 to size, in place of divisions and grading; automatic divisions are "
+        "written down so",
     )
     through: PositiveInt | tuple[PositiveInt, ...] | Literal["resolved"] = parameter(
         1,
@@ -88,21 +121,54 @@ class Stack(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        by_nodes = sorted(self.model_fields_set & GIVEN_BY_NODES) if self.nodes is not None else []
+        if by_nodes:
+            raise ValueError(f"nodes give {', '.join(by_nodes)}; expected only one of both")
         given = self.model_fields_set & GIVEN_BY_MESH
         if self.mesh is not None and given:
             raise ValueError(f"the mesh file gives {', '.join(sorted(given))}; expected only one of both")
         if isinstance(self.through, tuple) and len(self.through) != self.layers:
             raise ValueError(f"through has {len(self.through)} numbers; expected one for each of {self.layers} layers")
-        if len(self.divisions_by_layer) != self.layers:
+        if not self.is_automatic and len(self.divisions_by_layer) != self.layers:
             found = len(self.divisions_by_layer)
             raise ValueError(f"divisions has {found} pairs; expected one for each of {self.layers} layers")
         return self
 
+    @model_validator(mode="after")
+    def _nodes_are_in_order(self) -> Self:
+        for letter, positions, size in zip("xy", self.nodes or (), self.size, strict=False):
+            if any(after <= before for before, after in pairwise(positions)):
+                raise ValueError(f"nodes along {letter} are not in ascending order; expected each beyond the last")
+            if abs(positions[0]) > SAME * size or abs(positions[-1] - size) > SAME * size:
+                found = f"{1e3 * positions[0]:.6g} to {1e3 * positions[-1]:.6g} mm"
+                raise ValueError(f"nodes along {letter} are at {found}; expected 0 to size = {1e3 * size:.6g} mm")
+        return self
+
+    @property
+    def is_automatic(self) -> bool:
+        """Whether a coarse run is to tell where the nodes are."""
+        return self.divisions is None and self.nodes is None
+
     @property
     def divisions_by_layer(self) -> list[Divisions]:
-        """Elements along x and y of each layer, from the bottom up."""
+        """Elements along x and y of each layer, from the bottom up.
+
+        Raises:
+            SceneError: they are automatic, and not known yet.
+        """
+        if self.nodes is not None:
+            return [(len(self.nodes[0]) - 1, len(self.nodes[1]) - 1)] * self.layers
+        if self.divisions is None:
+            raise SceneError(
+                f'stack.divisions = "{AUTOMATIC}": a run finds them; expected two numbers for what is no plain run'
+            )
         by_layer = isinstance(self.divisions[0], tuple)
         return list(cast(Any, self.divisions if by_layer else [self.divisions] * self.layers))
+
+    def with_nodes(self, nodes: tuple[tuple[float, ...], tuple[float, ...]]) -> Self:
+        """The stack with nodes at x and y in m in place of divisions."""
+        default = type(self)()
+        return self.model_copy(update={"nodes": nodes} | {key: getattr(default, key) for key in GIVEN_BY_NODES})
 
     @property
     def initial_volume_fraction(self) -> float:

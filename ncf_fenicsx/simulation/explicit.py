@@ -90,7 +90,7 @@ class ExplicitRun:
         with self.phases("forms"):
             self.measures = Measures(self.problem)
             self.differences = CentralDifferences(self.problem, settings, self.interruption.reason)
-            energies = self.measures.energies.state
+            energies = self.measures.state
             self.time_step = TimeStep(self.problem, self.differences.solve, energies, predicts=False)
         on_root(comm, lambda: prepare_folder(folder))
         self.results = Results(folder, self.problem, self.measures)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.mesh.coarse_grid import coarse_scene
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.stepping import pieces
@@ -26,6 +27,12 @@ def preview(scene: Scene) -> str:
     Raises:
         SceneError: its mesh is not valid, or a tool starts in the stack or never meets it.
     """
+    first = []
+    if scene.stack.is_automatic:
+        aim = f"for an error of {100 * scene.stack.mesh_error:.3g} % of the field of Vf in the plane"
+        scene = coarse_scene(scene)
+        x, y = scene.stack.divisions_by_layer[0]
+        first = [f"divisions: a run finds them {aim}, by a coarse run of {x} x {y} elements a layer, which this is:"]
     size = size_of(scene)
     unknowns, facing = 3 * size.nodes, size.facing
     laws = scene.laws
@@ -38,6 +45,7 @@ def preview(scene: Scene) -> str:
     if facing:
         terms.append(f"contact of layers on {facing} facing facets")
     lines = [
+        *first,
         f"mesh: {size.cells} hexahedra, {size.nodes} nodes, {scene.stack.layers} layers",
         *_positions_by_mesh(scene, size.position),
         f"residual: {'; '.join(terms)}",

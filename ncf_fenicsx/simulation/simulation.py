@@ -13,7 +13,6 @@ from mpi4py import MPI
 from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.checkpoint import Checkpoint
-from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.output.measures import Measures
 from ncf_fenicsx.output.results_folder import Results, prepare_folder
 from ncf_fenicsx.scene import Scene
@@ -32,36 +31,6 @@ from ncf_fenicsx.simulation.step import AugmentedNewton, Settling, StabilisedSte
 from ncf_fenicsx.simulation.stepping import Ending, March, march, pieces
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
-
-
-def run(
-    scene: Scene,
-    folder: str | Path,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-    overwrite: bool = False,
-    restart: bool = False,
-    written: str | None = None,
-    bars: Mapping[str, float] | None = None,
-    deadline: float = math.inf,
-) -> Result:
-    """Run a scene on all ranks of ``comm`` and write its results.
-
-    Args:
-        scene: the case.
-        folder: for results; made if it does not exist.
-        comm: ranks that share the work.
-        overwrite: whether results in the folder may be replaced.
-        restart: whether to go on from the checkpoint in the folder, or from the start where it has none yet.
-        written: text that the scene was read from, to be kept with the results.
-        bars: error bars of columns of the history, over their size, to be shown with them.
-        deadline: by the monotonic clock in s, at which the run stops with its last good state.
-
-    Raises:
-        SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
-        ResultError: results could not be written; what was written before stays.
-    """
-    with Claim(Path(folder), comm, overwrite or restart):
-        return Simulation(scene, Path(folder), comm, overwrite, restart, written, bars, deadline).run()
 
 
 class Simulation:
@@ -92,7 +61,7 @@ class Simulation:
             self.time_step = TimeStep(
                 self.problem,
                 solver.solve,
-                self.measures.energies.state,
+                self.measures.state,
                 shape_violation=self.face_limits.violation,
             )
             self.stabilisation = Stabilisation.of_scene(scene)
@@ -179,8 +148,10 @@ class Simulation:
         more |= {"factorisations": self.newton.linear.factorisations, "krylov_steps": self.newton.linear.krylov_steps}
         more["convergence"] = tolerances(self.problem)
         if self.history and "vf_error" in self.history[-1]:
-            more["estimated_error"] = {"vf_field": self.history[-1]["vf_error"]}
-            self.progress.note(f"estimated error of the field of Vf: {100 * self.history[-1]['vf_error']:.2g} %")
+            whole, plane = self.history[-1]["vf_error"], self.history[-1]["vf_error_in_plane"]
+            more["estimated_error"] = {"vf_field": whole, "vf_field_in_plane": plane}
+            parts = f"{100 * whole:.2g} %, in the plane of the layers {100 * plane:.2g} %"
+            self.progress.note(f"estimated error of the field of Vf: {parts}")
         more |= wrinkle(self.problem, self.history, self.progress)
         for caution in untouched(self.problem, self.history):
             self.progress.caution(caution)

@@ -85,7 +85,28 @@ class ErrorTime:
         ended = launch(self.file, self._folder_of(variant), overrides, self.limit, variant.command, variant.ranks)
         row = dict.fromkeys(COLUMNS, "") | {"method": variant.method, "level": variant.level}
         row |= {"ending": ended.ending, "reason": ended.reason}
-        return row | (_figures(ended) if ended.ending == "done" else {})
+        return row | (self._figures(ended) if ended.ending == "done" else {})
+
+    def _figures(self, ended: Ended) -> Row:
+        """What a run that is done tells; its estimate is of what the reference refines."""
+        estimate = "vf_error" if self.through else "vf_error_in_plane"
+        history, record = read_history(ended.folder / "history.csv"), ended.record
+        voids = [history[name] for name in history.dtype.names if name.startswith("void_volume")]
+        cost = {
+            "seconds": f"{record['seconds_total'] - record['seconds']['forms']:.3f}",
+            "seconds_cpu": f"{record['seconds_cpu']:.3f}",
+            "memory_mb": f"{record['peak_memory_mb']:.0f}",
+            "iterations": str(record.get("newton_iterations", record.get("explicit", {}).get("steps"))),
+            "steps": str(record["steps"]),
+            "unknowns": str(record["unknowns"]),
+            "ranks": str(record["ranks"]),
+        }
+        return cost | {
+            "force_N": f"{history['tool_force'].max():.8g}",
+            "vf_max": f"{history['vf_max'].max():.8g}",
+            "void_m3": f"{np.sum(voids, axis=0).max() if voids else 0.0:.8g}",
+            "vf_estimate": f"{history[estimate][-1]:.3g}",
+        }
 
     def _folder_of(self, variant: Variant) -> Path:
         return self.folder / "runs" / variant.name
@@ -109,8 +130,7 @@ class ErrorTime:
             if row["ending"] == "done" and variant is not levels[-1]:
                 off = VfField(self._folder_of(variant)).off(field, rest)
                 row["vf_field_error"] = f"{off:.3g}"
-                if self.through:  # the estimate is that of all that the mesh cannot show, through the layers too
-                    row["effectivity"] = f"{float(row['vf_estimate']) / off:.3g}"
+                row["effectivity"] = f"{float(row['vf_estimate']) / off:.3g}"
             weighed.append(row)
         return weighed
 
@@ -118,27 +138,6 @@ class ErrorTime:
         rows = [(name, str(one.value), str(one.order), str(one.uncertainty)) for name, one in limits.items()]
         table = Table(self.folder / "reference.csv", REFERENCE, ("quantity",))
         table.write([dict(zip(REFERENCE, row, strict=True)) for row in rows])
-
-
-def _figures(ended: Ended) -> Row:
-    """What a run that is done tells."""
-    history, record = read_history(ended.folder / "history.csv"), ended.record
-    voids = [history[name] for name in history.dtype.names if name.startswith("void_volume")]
-    cost = {
-        "seconds": f"{record['seconds_total'] - record['seconds']['forms']:.3f}",
-        "seconds_cpu": f"{record['seconds_cpu']:.3f}",
-        "memory_mb": f"{record['peak_memory_mb']:.0f}",
-        "iterations": str(record.get("newton_iterations", record.get("explicit", {}).get("steps"))),
-        "steps": str(record["steps"]),
-        "unknowns": str(record["unknowns"]),
-        "ranks": str(record["ranks"]),
-    }
-    return cost | {
-        "force_N": f"{history['tool_force'].max():.8g}",
-        "vf_max": f"{history['vf_max'].max():.8g}",
-        "void_m3": f"{np.sum(voids, axis=0).max() if voids else 0.0:.8g}",
-        "vf_estimate": f"{history['vf_error'][-1]:.3g}",
-    }
 
 
 def _errors(row: Row, limits: dict[str, Extrapolated], finest: bool) -> Row:

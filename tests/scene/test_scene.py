@@ -45,6 +45,11 @@ WRONG = {
         "solver.line_search = 'trust_region': expected \"full\"",
     ),
     "zero divisions": (["stack.divisions=[0, 4]"], "stack.divisions.0 = 0"),
+    "another word for divisions": (["stack.divisions=auto"], "'auto': expected two whole numbers, or \"automatic\""),
+    "divisions and nodes": (
+        ["stack.nodes=[['0 mm', '76 mm'], ['0 mm', '76 mm']]"],
+        "stack: nodes give divisions, grading; expected only one of both",
+    ),
     "unknown tool": (["tool.kind=rollr"], "tool.kind = 'rollr': no such tool"),
     "unknown law": (["laws.compaction.kind=magic"], "laws.compaction.kind = 'magic': no such compaction"),
     "reference speed zero": (["laws.rate.v_ref=0 mm/min"], "laws.rate.v_ref = '0 mm/min': expected a positive speed"),
@@ -155,6 +160,32 @@ def test_a_wrong_value_is_one_line_that_names_it(case):
         Scene.read(ROLLER, overrides)
     assert expected in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+NODES = {
+    "out of order": ([["0 mm", "9 mm", "8 mm"], ["0 mm", "4 mm"]], "along x are not in ascending order"),
+    "too short": ([["0 mm", "8 mm"], ["0 mm", "3 mm"]], "along y are at 0 to 3 mm; expected 0 to size = 4 mm"),
+    "numbers": ([[0, 8], ["0 mm", "4 mm"]], "stack.nodes.0.0 = 0: expected a length with its unit"),
+    "one list": ([["0 mm", "8 mm"]], "expected one more entry"),
+    "one node": ([["0 mm"], ["0 mm", "4 mm"]], "stack.nodes.0 = ['0 mm']: expected at least 2 entries"),
+}
+
+
+@pytest.mark.parametrize("case", NODES)
+def test_nodes_that_are_none_are_one_line(case):
+    nodes, expected = NODES[case]
+    with pytest.raises(SceneError) as caught:
+        Scene.from_table({"tool": {}, "stack": {"size": ["8 mm", "4 mm"], "nodes": nodes}})
+    assert expected in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_nodes_take_the_place_of_divisions_and_read_back():
+    nodes = [["0 mm", "1 mm", "8 mm"], ["0 mm", "4 mm"]]
+    scene = Scene.from_table({"tool": {}, "stack": {"size": ["8 mm", "4 mm"], "nodes": nodes}})
+    assert scene.stack.divisions_by_layer == [(2, 1)] * 4
+    assert not {"divisions", "grading", "focus", "mesh_error"} & set(scene.table()["stack"])
+    assert Scene.from_table(tomllib.loads(scene.to_toml())) == scene
 
 
 FILES = {
