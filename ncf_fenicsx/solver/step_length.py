@@ -9,6 +9,7 @@ Int. J. Numer. Methods Eng. 14, 1979).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -44,7 +45,13 @@ def share_of_step(at_start: float, work: Callable[[float], float]) -> float:
         at_start: the work in J at share 0. Where it is negative the tangent is not positive definite: all is taken.
         work: gives the work at a share.
     """
-    if at_start <= 0 or (at_end := work(1.0)) >= -LEFT * at_start:
+
+    def known(share: float) -> float:
+        """The work at a share; where forces are no numbers, as beyond the laws' range, the correction is too long."""
+        found = work(share)
+        return found if math.isfinite(found) else -at_start
+
+    if at_start <= 0 or (at_end := known(1.0)) >= -LEFT * at_start:
         return 1.0
     low, high, before, beyond = 0.0, 1.0, at_start, at_end
     share, side, halve = 1.0, 0, False
@@ -52,7 +59,7 @@ def share_of_step(at_start: float, work: Callable[[float], float]) -> float:
         zero = (low * beyond - high * before) / (beyond - before)
         edge = EDGE * (high - low)
         share = (low + high) / 2 if halve else min(max(zero, low + edge), high - edge)
-        now = work(share)
+        now = known(share)
         if abs(now) <= LEFT * at_start:
             break
         halve, side = side == np.sign(now), int(np.sign(now))
@@ -60,4 +67,4 @@ def share_of_step(at_start: float, work: Callable[[float], float]) -> float:
             low, before = share, now
         else:
             high, beyond = share, now
-    return share
+    return share if math.isfinite(work(share)) else low

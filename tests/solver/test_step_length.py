@@ -63,6 +63,11 @@ def test_whole_corrections_of_a_spring_that_slips_go_back_and_forth(search, conv
     assert (abs(force(u)) < 1e-12) == converges
 
 
+def test_a_correction_beyond_the_laws_range_is_shortened_into_it():
+    share = share_of_step(1.0, lambda s: 1 - s if s < 0.3 else np.nan)
+    assert 0 < share < 0.3
+
+
 FRICTION = {"friction": {"coefficient": 0.3}}
 TIME = {"duration": "1 s"}
 
