@@ -27,6 +27,7 @@ ROW = (
     ("report",),
     ("simulation",),
     ("study", "calibration"),
+    ("sweeps",),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""

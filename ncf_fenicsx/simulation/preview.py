@@ -12,6 +12,19 @@ MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
 """GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see docs/performance.md."""
 
 
+def expected_memory(scene: Scene) -> float:
+    """Peak memory of a run in GB, all ranks together.
+
+    Raises:
+        SceneError: its mesh is not valid, or a tool starts in the stack or never meets it.
+    """
+    return _memory(scene, 3 * size_of(scene).nodes)
+
+
+def _memory(scene: Scene, unknowns: int) -> float:
+    return MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns
+
+
 def preview(scene: Scene) -> str:
     """Lines on what will be built: mesh, terms, unknowns, steps, memory. Only a mesh file is read, nothing is built.
 
@@ -40,7 +53,7 @@ def preview(scene: Scene) -> str:
         f"unknowns: {unknowns}",
         f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
-        f"expected memory: {MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns:.2g} GB",
+        f"expected memory: {_memory(scene, unknowns):.2g} GB",
         *(
             f"path to {end:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)"
             for end, control in pieces(scene)
