@@ -97,7 +97,44 @@ def sensitivity_command(
     say(sensitivity(campaign, inputs, Design.of(method, len(inputs), runs, seed)))
 
 
+def uncertainty_command(
+    file: SceneFile,
+    varied: Annotated[
+        list[str] | None,
+        typer.Option("--vary", metavar="KEY=KIND(...)", help="As laws.shear.modulus=normal(1 MPa, 10 %). Repeatable."),
+    ] = None,
+    fit: Annotated[
+        Path | None, typer.Option(metavar="FABRIC.toml", help="Numbers of its laws, with the covariance of their fit.")
+    ] = None,
+    method: Annotated[str, typer.Option(help="direct, or by a surrogate: chaos, kriging.")] = "chaos",
+    runs: Annotated[int, typer.Option(help="Runs.", min=1)] = 100,
+    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_uncertainty unless given. Resumed.")] = None,
+    overrides: Overrides = None,
+    limit: Limit = 3600,
+    seed: Seed = 1,
+    scheduler: Scheduler = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
+    ranks: Ranks = 1,
+) -> None:
+    """How sure the results are, given how sure the inputs are: distributions of force, Vf, voids and wrinkles."""
+    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.distributions import of_fit, parse_uncertain
+    from ncf_fenicsx.sweeps.uncertainty import Draw, uncertainty
+
+    if not varied and fit is None:
+        raise SceneError("study uncertainty: expected --vary KEY=KIND(NUMBERS), or --fit FABRIC.toml, or both")
+    texts = tuple(overrides or ())
+    place = place_for(file, texts, scheduler, cluster, workers, ranks)
+    campaign = Campaign(file, texts, out or Path("results") / f"{file.stem}_uncertainty", place, limit)
+    inputs = [parse_uncertain(campaign.reader, text) for text in varied or ()]
+    if fit is not None:
+        inputs.append(of_fit(campaign.reader, fit))
+    say(uncertainty(campaign, Draw.of(inputs, method, runs, seed)))
+
+
 def add_to(study: typer.Typer) -> None:
     """Add the commands to those of ``study``."""
     study.command("sweep")(sweep_command)
     study.command("sensitivity")(sensitivity_command)
+    study.command("uncertainty")(uncertainty_command)

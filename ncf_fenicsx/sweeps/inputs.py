@@ -114,6 +114,20 @@ class Reader:
         table = self._scene([f"{key}={value}" for key, value in zip(keys, values, strict=True)]).table()
         return tuple(_column(table, key, value) for key, value in zip(keys, values, strict=True))
 
+    def unit(self, key: str) -> str:
+        """SI unit of what the scene has at a key; empty of numbers and words without any.
+
+        Raises:
+            SceneError: the scene has nothing there.
+        """
+        found = _at(self._scene([]).table(), key)
+        if found is None:
+            raise SceneError(
+                f"{self.file}: {key}: not in the scene; expected a key that it has, such as stack.thickness"
+            )
+        quantity = split_unit(found) if isinstance(found, str) else None
+        return quantity[1] if quantity else ""
+
     def input(self, vary: Vary) -> Input:
         """What is varied, in SI; each value and both ends of a range make a valid scene.
 

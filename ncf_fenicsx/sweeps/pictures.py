@@ -102,6 +102,18 @@ def draw_estimates(inputs: list[Input], found: dict[Measure, list[Estimates]], p
     FigureCanvasAgg(figure).print_png(path)
 
 
+def draw_distributions(drawn: dict[Measure, Floats], found: dict[Measure, Estimates], path: Path) -> None:
+    """Draw how each result is distributed, with its median and where 90 of 100 cases are."""
+    figure = Figure(figsize=(6.4, 0.6 + 2.6 * max(len(drawn), 1)), layout="constrained")
+    fields: Any = figure.subplots(max(len(drawn), 1), squeeze=False)[:, 0]
+    for axes, (measure, values) in zip(fields, drawn.items(), strict=False):
+        axes.hist(values, bins="auto", density=True, color="tab:blue", alpha=0.5)
+        for name in ("5 %", "median", "95 %"):
+            axes.axvline(found[measure][name].value, color="black", lw=2 if name == "median" else 1)
+        axes.set(xlabel=f"{measure.words}{_unit(measure)}", ylabel="density")
+    FigureCanvasAgg(figure).print_png(path)
+
+
 def _draw_means(axes: Any, one: Input, drawn: Effect, colour: str | None, label: str | None = None) -> None:
     axes.plot(drawn.places, drawn.means, "o-", lw=2, color=colour, label=label)
     if not all(np.isfinite(number_of(value)) for level in one.levels for value in level[:1]):

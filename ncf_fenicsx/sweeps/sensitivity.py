@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.output.safe_files import ResultError, replace
+from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.sweeps import germs, morris, sobol, surrogate
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.effects import shares_in_words
@@ -22,6 +20,7 @@ from ncf_fenicsx.sweeps.parquet import write_parquet
 from ncf_fenicsx.sweeps.pictures import draw_estimates
 from ncf_fenicsx.sweeps.plans import shared
 from ncf_fenicsx.sweeps.samples import Samples
+from ncf_fenicsx.sweeps.tables import write_estimates
 
 Floats = NDArray[np.float64]
 METHODS = ("morris", "sobol", "chaos", "kriging")
@@ -93,14 +92,17 @@ def sensitivity(campaign: Campaign, inputs: list[Input], design: Design) -> str:
     write_parquet(campaign.rows)
     headings = [measure.heading for measure in RESULTS]
     samples = Samples.read(campaign.rows, [column.heading for column in plan.columns], headings)
-    points, lines, found = list(plan.points()), [samples.in_words], {}
+    points, lines = list(plan.points()), [samples.in_words]
+    found: dict[Measure, list[Estimates]] = {}
     for measure in RESULTS:
         values = samples.at(points, measure.heading)
         if samples.varies(measure.heading):
             estimates, unexplained = design.indices(values)
             found[measure] = estimates
             lines.append(in_words(measure, inputs, estimates, unexplained))
-    _write(campaign.folder / f"{design.method}.csv", inputs, found)
+    table = campaign.folder / f"{design.method}.csv"
+    names = [one.name for one in inputs]
+    write_estimates(table, [(measure, *pair) for measure in found for pair in zip(names, found[measure], strict=True)])
     draw_estimates(inputs, found, campaign.folder / f"{design.method}.png")
     return "\n".join([*lines, f"rows, table and picture in {campaign.folder}"])
 
@@ -118,21 +120,3 @@ def in_words(
     ranked = sorted(zip(names, estimates, strict=True), key=lambda pair: -pair[1]["mean size"].value)
     moves = ", ".join(f"{name} {one['mean size'].value:.3g} {measure.unit}".rstrip() for name, one in ranked)
     return f"over its whole range moves the {measure.words}, in the mean of sizes: {moves}"
-
-
-def _write(path: Path, inputs: Sequence[Input], found: dict[Measure, list[Estimates]]) -> None:
-    rows = [
-        (measure.heading, one.name, name, *(("" if number is None else f"{number:.6g}") for number in numbers))
-        for measure, estimates in found.items()
-        for one, named in zip(inputs, estimates, strict=True)
-        for name, estimate in named.items()
-        for numbers in [(estimate.value, estimate.low, estimate.high)]
-    ]
-
-    def write(beside: Path) -> None:
-        with beside.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(("result", "input", "quantity", "value", "low", "high"))
-            writer.writerows(rows)
-
-    replace(path, write)

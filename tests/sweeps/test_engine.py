@@ -16,6 +16,7 @@ from program import ROOT
 from ncf_fenicsx import SceneError
 from ncf_fenicsx.sweeps.cluster import Place, batch_cluster
 from ncf_fenicsx.sweeps.engine import results
+from ncf_fenicsx.sweeps.rows import read_rows
 
 pytestmark = pytest.mark.serial
 
@@ -101,6 +102,42 @@ def test_a_killed_worker_and_a_scheduler_that_starts_again_cost_no_row(tmp_path,
     assert dict(found) == plain_loop(40)
     begun = [len((tmp_path / f"{point[0]}.txt").read_text().splitlines()) for point in points(40)]
     assert sum(begun) <= 44  # again only what was on its way: one of the worker, two of the scheduler, one to spare
+
+
+RUN_ALL = """
+import sys
+from pathlib import Path
+import stand_in_runs
+from ncf_fenicsx.sweeps.campaign import run_points
+from ncf_fenicsx.sweeps.cluster import Place
+from ncf_fenicsx.sweeps.inputs import Column
+from ncf_fenicsx.sweeps.plans import Plan
+
+if __name__ == "__main__":
+    plan = Plan((Column("a"),), 30, lambda: iter([(repr(float(number)),) for number in range(30)]))
+    with Place(workers=2).opened() as connection:
+        run_points(plan, stand_in_runs.noted, connection, Path(sys.argv[1]), ["y", "ending", "reason"])
+"""
+
+
+def test_a_study_that_is_killed_keeps_its_rows_and_runs_none_of_them_again(tmp_path):
+    script, table = tmp_path / "all.py", tmp_path / "rows.csv"
+    script.write_text(RUN_ALL)
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
+    environment = os.environ | {"PYTHONPATH": path, "MARKS": str(tmp_path)}
+    command = [sys.executable, str(script), str(table)]
+    first = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    while not table.exists() or len(table.read_bytes().splitlines()) < 9:
+        assert first.poll() is None
+        time.sleep(0.05)
+    first.kill()
+    first.wait()
+    kept = {line.split(",")[0] for line in table.read_text().splitlines(keepends=True)[1:] if line.endswith("\n")}
+    marks = {point: (tmp_path / f"{point}.txt").read_text() for point in kept}
+    subprocess.run(command, env=environment, check=True, capture_output=True)
+    found = [tuple(row.values()) for row in read_rows(table)]
+    assert sorted(found) == sorted((point[0], *outcome.values()) for point, outcome in plain_loop(30).items())
+    assert {point: (tmp_path / f"{point}.txt").read_text() for point in kept} == marks
 
 
 def test_a_scheduler_that_does_not_answer_is_one_line():
