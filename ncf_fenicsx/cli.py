@@ -14,6 +14,7 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import as_written
+from ncf_fenicsx.sweeps import commands as sweeps
 from ncf_fenicsx.terminal import complain, say, write_any_text
 from ncf_fenicsx.version import VERSION
 
@@ -202,8 +203,9 @@ def calibrate_command(
     raise typer.Exit(DONE if holds else STOPPED)
 
 
-study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed.")
+study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed, and what moves it.")
 app.add_typer(study, name="study")
+sweeps.add_to(study)
 
 
 @study.command("stability")

@@ -28,6 +28,7 @@ ROW = (
     ("simulation",),
     ("study", "calibration"),
     ("accuracy",),
+    ("sweeps",),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -61,6 +62,7 @@ def launch(
         words += ["--set", text]
     if ranks > 1:
         words = ["mpirun", "-n", str(ranks), *words]
+    words = [*_dying_with_its_parent("TERM" if ranks > 1 else "KILL"), *words]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     try:
         ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit, env=environment)
@@ -71,6 +73,14 @@ def launch(
         return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
     written = read_record(folder)
     return Ended(written["ending"], written["reason"], folder)
+
+
+def _dying_with_its_parent(signal: str) -> list[str]:
+    """Words before a command that end it with the process that started it, however that dies, where the system can.
+
+    A run that outlived its study would still write to a folder that the next one takes for its own.
+    """
+    return ["setpriv", "--pdeathsig", signal] if shutil.which("setpriv") else []
 
 
 def chosen(names: Iterable[str], beginnings: list[str] | None, option: str) -> set[str]:

@@ -1,11 +1,17 @@
 """The stability study: its grid is of valid scenes, its runs are resumed, its map and words follow its rows."""
 
 import csv
+import subprocess
+import sys
+import time
+from contextlib import suppress
 
 import pytest
+from mpi4py import MPI
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.study.stability import study_stability, summary
 from ncf_fenicsx.study.stability_grid import Case, stability_grid
 from ncf_fenicsx.study.stability_map import COLOURS, draw_map, verdict
@@ -97,3 +103,19 @@ def test_a_study_needs_a_tool_that_goes_down_and_known_axes(tmp_path):
         study_stability(Scene.from_table({"duration": "1 s"}), runner(tmp_path))
     with pytest.raises(SceneError, match="--axis none: no such axis; expected the beginning of one of: in-plane"):
         study_stability(Scene.read(FILE), runner(tmp_path), ["none"])
+
+
+def test_a_run_ends_with_the_process_that_started_it(tmp_path):
+    words = "from ncf_fenicsx.study.launch import launch; from pathlib import Path; import sys; "
+    words += "launch(Path(sys.argv[1]), Path(sys.argv[2]), (), 600.0)"
+    study = subprocess.Popen([sys.executable, "-c", words, str(DEMOS / "roller.toml"), str(tmp_path / "run")])
+    while not (tmp_path / "run" / "history.csv").exists():
+        assert study.poll() is None
+        time.sleep(0.1)
+    study.kill()
+    study.wait()
+    for _ in range(100):
+        with suppress(SceneError), Claim(tmp_path / "run", MPI.COMM_SELF, overwrite=True):
+            return  # it is refused while a run writes there
+        time.sleep(0.1)
+    pytest.fail("the run goes on")

@@ -1,0 +1,140 @@
+"""Commands of ``ncf-fenicsx study`` that run a scene at many points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.terminal import say
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="Scene file.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace a value in all runs. Repeatable.")
+]
+Varied = Annotated[
+    list[str] | None,
+    typer.Option("--vary", metavar="KEY=VALUES", help="As laws.shear.modulus=0.5,1,2 MPa or tool.radius=2..5 mm:4."),
+]
+Limit = Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)]
+Seed = Annotated[int, typer.Option(help="The same one gives the same points.", min=0)]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler that stands.")]
+Cluster = Annotated[str | None, typer.Option(metavar="slurm|pbs|lsf", help="Runs as jobs of a batch system.")]
+Workers = Annotated[
+    int | None, typer.Option(help="Runs at a time; as many as cores and memory allow unless given.", min=1)
+]
+Ranks = Annotated[int, typer.Option(help="Processes of each run.", min=1)]
+
+
+def sweep_command(
+    file: SceneFile,
+    varied: Varied = None,
+    plan: Annotated[str, typer.Option(help="grid: all with all; latin: a Latin hypercube.")] = "grid",
+    count: Annotated[int, typer.Option("--runs", help="Runs of a Latin hypercube.", min=2)] = 50,
+    listed: Annotated[
+        Path | None, typer.Option("--list", metavar="FILE.csv", help="Points, under keys as tool.radius [mm].")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_sweep unless given. Resumed.")] = None,
+    overrides: Overrides = None,
+    limit: Limit = 3600,
+    seed: Seed = 1,
+    scheduler: Scheduler = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Run a scene at many points; a row for each, main effects, and which input carries how much."""
+    if bool(varied) == (listed is not None) or plan not in ("grid", "latin"):
+        raise SceneError("study sweep: expected either --vary, with --plan grid or latin, or --list FILE.csv")
+    from ncf_fenicsx.sweeps import plans
+    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.inputs import read_inputs
+    from ncf_fenicsx.sweeps.ranges import parse_vary
+    from ncf_fenicsx.sweeps.sweep import inputs_of_list, sweep
+
+    texts = tuple(overrides or ())
+    place = place_for(file, texts, scheduler, cluster, workers, ranks)
+    campaign = Campaign(file, texts, out or Path("results") / f"{file.stem}_sweep", place, limit)
+    if listed is not None:
+        chosen = plans.listed(campaign.reader, listed)
+        inputs = inputs_of_list(chosen)
+    else:
+        inputs = read_inputs(campaign.reader, [parse_vary(text) for text in varied or ()])
+        chosen = plans.grid(inputs) if plan == "grid" else plans.latin(inputs, count, seed)
+    say(sweep(campaign, chosen, inputs))
+
+
+def sensitivity_command(
+    file: SceneFile,
+    varied: Varied = None,
+    method: Annotated[
+        str, typer.Option(help="morris: screening; sobol: indices directly; chaos, kriging: by a surrogate.")
+    ] = "chaos",
+    runs: Annotated[int, typer.Option(help="Runs, at most.", min=1)] = 100,
+    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_sensitivity unless given. Resumed.")] = None,
+    overrides: Overrides = None,
+    limit: Limit = 3600,
+    seed: Seed = 1,
+    scheduler: Scheduler = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
+    ranks: Ranks = 1,
+) -> None:
+    """Which inputs move the results: Morris's screening, or Sobol's indices with confidence."""
+    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.inputs import read_inputs
+    from ncf_fenicsx.sweeps.ranges import parse_vary
+    from ncf_fenicsx.sweeps.sensitivity import Design, sensitivity
+
+    if not varied:
+        raise SceneError("study sensitivity: expected --vary KEY=LOW..HIGH UNIT, once for each input")
+    texts = tuple(overrides or ())
+    place = place_for(file, texts, scheduler, cluster, workers, ranks)
+    campaign = Campaign(file, texts, out or Path("results") / f"{file.stem}_sensitivity", place, limit)
+    inputs = read_inputs(campaign.reader, [parse_vary(text) for text in varied])
+    say(sensitivity(campaign, inputs, Design.of(method, len(inputs), runs, seed)))
+
+
+def uncertainty_command(
+    file: SceneFile,
+    varied: Annotated[
+        list[str] | None,
+        typer.Option("--vary", metavar="KEY=KIND(...)", help="As laws.shear.modulus=normal(1 MPa, 10 %). Repeatable."),
+    ] = None,
+    fit: Annotated[
+        Path | None, typer.Option(metavar="FABRIC.toml", help="Numbers of its laws, with the covariance of their fit.")
+    ] = None,
+    method: Annotated[str, typer.Option(help="direct, or by a surrogate: chaos, kriging.")] = "chaos",
+    runs: Annotated[int, typer.Option(help="Runs.", min=1)] = 100,
+    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_uncertainty unless given. Resumed.")] = None,
+    overrides: Overrides = None,
+    limit: Limit = 3600,
+    seed: Seed = 1,
+    scheduler: Scheduler = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
+    ranks: Ranks = 1,
+) -> None:
+    """How sure the results are, given how sure the inputs are: distributions of force, Vf, voids and wrinkles."""
+    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.distributions import of_fit, parse_uncertain
+    from ncf_fenicsx.sweeps.uncertainty import Draw, uncertainty
+
+    if not varied and fit is None:
+        raise SceneError("study uncertainty: expected --vary KEY=KIND(NUMBERS), or --fit FABRIC.toml, or both")
+    texts = tuple(overrides or ())
+    place = place_for(file, texts, scheduler, cluster, workers, ranks)
+    campaign = Campaign(file, texts, out or Path("results") / f"{file.stem}_uncertainty", place, limit)
+    inputs = [parse_uncertain(campaign.reader, text) for text in varied or ()]
+    if fit is not None:
+        inputs.append(of_fit(campaign.reader, fit))
+    say(uncertainty(campaign, Draw.of(inputs, method, runs, seed)))
+
+
+def add_to(study: typer.Typer) -> None:
+    """Add the commands to those of ``study``."""
+    study.command("sweep")(sweep_command)
+    study.command("sensitivity")(sensitivity_command)
+    study.command("uncertainty")(uncertainty_command)
