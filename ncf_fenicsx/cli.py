@@ -145,6 +145,19 @@ def report_command(
         say(f"page in {(write_study if is_study(folders[0]) else write_report)(folders[0])}")
 
 
+@app.command("export")
+def export_command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results folder.")],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help="abaqus, calculix, vtkhdf, lcmsim or csv.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the files; DIR/export unless given.")] = None,
+    time: Annotated[str | None, typer.Option(metavar="TIME", help="Step nearest to it; else the last.")] = None,
+) -> None:
+    """Write the deformed stack for other programs: mesh, fields, thickness, porosity, permeability."""
+    from ncf_fenicsx.export.command import Order, carry_out
+
+    say(carry_out(Order(folder, to, out, time)))
+
+
 @app.command("watch")
 def watch_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results folder that a run writes to.")],

@@ -25,6 +25,7 @@ ROW = (
     ("mechanics",),
     ("solver", "output"),
     ("report",),
+    ("export",),
     ("simulation",),
     ("study", "calibration"),
     ("accuracy",),
@@ -33,7 +34,7 @@ ROW = (
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""
 PLACE = {name: place for place, names in enumerate(ROW) for name in names}
-MESH_FREE = {"units", "kinds", "errors", "version", "laws", "tools", "scene", "report"}
+MESH_FREE = {"units", "kinds", "errors", "version", "laws", "tools", "scene", "report", "export"}
 """Folders that know neither DOLFINx nor PETSc nor MPI."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +71,8 @@ def prepare_folder(folder: Path) -> None:
         (folder / "fields").mkdir(parents=True, exist_ok=True)
         for old in [*(folder / "fields").glob("*.vtu"), *(folder / name for name in FILES)]:
             old.unlink(missing_ok=True)
+        if (folder / "export").exists():
+            shutil.rmtree(folder / "export")
     except OSError as error:
         raise SceneError(f"{folder}: {error.strerror}; expected a folder that can be written to") from error
 

@@ -38,22 +38,22 @@ class Layers:
     cells: Integers
     layer: Integers
     times: Floats
-    nodes: dict[str, NDArray[np.float32]]
-    by_cell: dict[str, NDArray[np.float32]]
+    nodes: dict[str, NDArray[Any]]
+    by_cell: dict[str, NDArray[Any]]
 
     @classmethod
-    def read(cls, results: Results, chosen: list[int]) -> Layers:
-        """Read the chosen snapshots of a results folder, by their numbers."""
+    def read(cls, results: Results, chosen: list[int], number_type: type[np.floating[Any]] = np.float32) -> Layers:
+        """Read the chosen snapshots of a results folder, by their numbers; fields in a type that a page may shorten."""
         nodes: dict[str, list[Any]] = {}
         by_cell: dict[str, list[Any]] = {}
         for number in chosen:
-            mesh = meshio.read(results.folder / results.snapshots[number][1])
+            mesh = meshio.vtu.read(results.folder / results.snapshots[number][1])
             for name, values in mesh.point_data.items():
                 parts = [(name, values)] if values.ndim == 1 else zip(_along(name), values.T, strict=True)
                 for part, column in parts:
-                    nodes.setdefault(part, []).append(column.astype(np.float32))
+                    nodes.setdefault(part, []).append(column.astype(number_type))
             for name, values in mesh.cell_data_dict.items():
-                by_cell.setdefault(name, []).append(values["hexahedron"].astype(np.float32))
+                by_cell.setdefault(name, []).append(values["hexahedron"].astype(number_type))
         layer = by_cell.pop("layer")[0].astype(np.int64)
         times = np.array([results.snapshots[number][0] for number in chosen])
         whole = {name: np.stack(values) for name, values in nodes.items()}
