@@ -25,11 +25,9 @@ ROW = (
     ("mechanics",),
     ("solver", "output"),
     ("report",),
-    ("export",),
-    ("simulation",),
+    ("simulation", "export"),
     ("study", "calibration"),
-    ("accuracy",),
-    ("sweeps",),
+    ("accuracy", "sweeps"),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""
