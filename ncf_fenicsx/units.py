@@ -62,7 +62,7 @@ def parse_quantity(text: object, symbol: str) -> float | None:
     plain = ATTACHED_POWER.sub(r"**\1", re.sub(RAISED, lambda raised: str(raised[0]).translate(SUPERSCRIPTS), unit))
     try:
         value = float(_registry().Quantity(_value(match), _registry().parse_units(plain)).to(symbol).magnitude)
-    except (pint.errors.PintError, AttributeError, ValueError, OverflowError):
+    except (pint.errors.PintError, AttributeError, KeyError, ValueError, OverflowError):
         return None
     return value if math.isfinite(value) else None
 

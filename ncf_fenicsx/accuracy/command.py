@@ -9,6 +9,7 @@ from pathlib import Path
 from ncf_fenicsx.accuracy.cost import expected
 from ncf_fenicsx.accuracy.sequence import FEWEST, checked_levels, run
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.mesh.coarse_grid import coarse_scene
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.results_folder import check_folder
 from ncf_fenicsx.scene import Scene
@@ -100,6 +101,7 @@ def _check_ranks(asked: int | None) -> None:
 def _ranks_that_pay(scene: Scene) -> int:
     """Ranks for a scene, or for the finest level that it needs at least; said where it is more than one."""
     if scene.accuracy is None:
+        scene = coarse_scene(scene) if scene.stack.is_automatic else scene
         unknowns = 3 * size_of(scene).nodes
         memory = 1e9 * expected_memory(scene, unknowns)
     else:
@@ -114,7 +116,7 @@ def _ranks_that_pay(scene: Scene) -> int:
 
 def _check(scene: Scene, order: Order) -> None:
     """What every rank would refuse, refused once."""
-    size_of(scene)
+    size_of(coarse_scene(scene) if scene.stack.is_automatic else scene)
     check_folder(order.folder, order.overwrite or order.restart is not None)
     if scene.accuracy is not None:
         checked_levels(scene, scene.accuracy)

@@ -4,6 +4,7 @@ import os
 import random
 import signal
 import subprocess
+import time
 
 import pytest
 from runs_apart import SLOW_ROLLER, compare, history, start
@@ -16,10 +17,15 @@ def ranks_of(process):
     return [int(row[0]) for row in rows if int(row[2]) == process.pid and row[3].startswith("python")]
 
 
-def kill_after(process, seconds, one_rank):
-    """Kill all of a run, or one of its ranks, some seconds after it has begun to compile its forms."""
-    while "compiling" not in process.stdout.readline():
-        assert process.poll() is None
+def rows(out):
+    """Rows of a history so far."""
+    return len(history(out)) if (out / "history.csv").exists() else 0
+
+
+def kill_at(process, out, row, seconds, one_rank):
+    """Kill all of a run, or one of its ranks, some seconds after its history has so many rows."""
+    while process.poll() is None and rows(out) < row:
+        time.sleep(0.02)
     try:
         process.wait(seconds)
     except subprocess.TimeoutExpired:
@@ -36,16 +42,16 @@ def test_killed_at_random_moments_a_run_ends_with_the_same_history(tmp_path, kil
     out, moments = tmp_path / "killed", random.Random(4)
     whole = start(*SLOW_ROLLER, "--out", tmp_path / "whole")
     assert whole.wait() == 0
-    reached = [0]
+    reached = 0
     for number in range(kills):
-        ranks = 1 + number % 2
         arguments = ["--restart", out] if (out / "scene.toml").exists() else [*SLOW_ROLLER, "--out", out]
-        kill_after(start(*arguments, ranks=ranks), moments.uniform(0.2, 1.2), one_rank=ranks == 2)
-        reached.append(len(history(out)) if (out / "history.csv").exists() else 0)
+        ranks = 1 + number % 2
+        kill_at(start(*arguments, ranks=ranks), out, reached + 1, moments.uniform(0.0, 0.3), one_rank=ranks == 2)
+        reached = rows(out)
     ended = start("--restart", out)
     ended.communicate()
     assert ended.returncode == 0
-    assert 0 < max(reached) < len(history(out))  # it was killed on the way, not before or after
+    assert 0 < reached < rows(out)  # it was killed on the way, not before or after
     compare(history(out), history(tmp_path / "whole"))
 
 
