@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -23,6 +24,9 @@ BATCH_SYSTEMS = {
     "lsf": dask_jobqueue.LSFCluster,
 }
 """Options of ``--cluster``."""
+SUBMIT = {"slurm": "sbatch", "pbs": "qsub", "lsf": "bsub"}
+"""Programs that batch systems take jobs with."""
+ANY_PORT = ":0"
 TRIES = 1
 """How often a run is tried again whose worker has died."""
 PATIENCE = 600.0
@@ -52,6 +56,9 @@ class Place:
             raise SceneError("--scheduler and --cluster: expected one of them")
         if self.batch_system is not None and self.batch_system not in BATCH_SYSTEMS:
             raise SceneError(f"--cluster {self.batch_system}: expected one of {', '.join(BATCH_SYSTEMS)}")
+        if self.batch_system is not None and shutil.which(SUBMIT[self.batch_system]) is None:
+            program = SUBMIT[self.batch_system]
+            raise SceneError(f"--cluster {self.batch_system}: no {program} here; expected a machine that submits jobs")
 
     @property
     def at_a_time(self) -> int:
@@ -83,7 +90,7 @@ class Place:
             threads_per_worker=1,
             processes=True,
             memory_limit=0,  # a run is a process of its own, which a worker's memory says nothing of
-            dashboard_address=None,
+            dashboard_address=ANY_PORT,
             silence_logs=logging.CRITICAL,
             scheduler_kwargs={"allowed_failures": TRIES},
         )
@@ -102,7 +109,7 @@ def batch_cluster(name: str, ranks: int, memory: float) -> Any:
         processes=1,
         memory=f"{memory:.3g} GB",
         worker_extra_args=["--nthreads", "1", "--memory-limit", "0"],
-        scheduler_options={"allowed_failures": TRIES, "dashboard": False},
+        scheduler_options={"allowed_failures": TRIES, "dashboard": False, "dashboard_address": ANY_PORT},
     )
 
 

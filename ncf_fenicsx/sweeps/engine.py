@@ -12,7 +12,7 @@ from typing import Any
 from distributed import wait
 from distributed.scheduler import KilledWorker
 
-from ncf_fenicsx.sweeps.cluster import TRIES, Connection
+from ncf_fenicsx.sweeps.cluster import Connection
 from ncf_fenicsx.sweeps.inputs import Point
 
 Outcome = dict[str, str]
@@ -26,7 +26,7 @@ LOOK = 1.0
 def results(connection: Connection, work: Work, points: Iterable[Point]) -> Iterator[tuple[Point, Outcome]]:
     """What each point comes to, in the order in which runs end.
 
-    As many runs are on their way as workers can do at a time. A run whose worker dies is tried again `TRIES` times by
+    As many runs are on their way as workers can do at a time. A run whose worker dies is tried again by
     the scheduler; those that were on their way when a scheduler went are handed to the next one.
 
     Args:
@@ -83,7 +83,7 @@ def _outcome(future: Any) -> Outcome | None:
     if future.status == "error":
         error = future.exception()
         if isinstance(error, KilledWorker):
-            return {ENDING: "error", REASON: f"its worker has died {TRIES + 1} times"}
+            return {ENDING: "error", REASON: "its worker has died at each try"}
         return {ENDING: "error", REASON: f"{type(error).__name__}: {error}"}
     try:
         return dict(future.result()) if future.status == "finished" else None

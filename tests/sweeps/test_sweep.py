@@ -26,7 +26,8 @@ def rows(folder):
 
 def test_a_sweep_is_resumed_and_keeps_what_failed(tmp_path):
     out = tmp_path / "out"
-    words = ["study", "sweep", FILE, *COARSE, "--vary", "tool.path.0.speed=1,10 mm/min", "--out", out]
+    words = ["study", "sweep", FILE, *COARSE, "--workers", 1, "--out", out]
+    words += ["--vary", "tool.path.0.speed=1,10 mm/min"]
     first = call(*words)
     assert first.returncode == 0, first.stderr
     assert "2 runs: 2 done" in first.stdout
@@ -39,13 +40,11 @@ def test_a_sweep_is_resumed_and_keeps_what_failed(tmp_path):
     assert speeds == pytest.approx([1e-3 / 60, 1e-2 / 60])
     for name in ("rows.parquet", "effects.png", "parallel.png", "report.html", "scene.toml"):
         assert (out / name).stat().st_size > 500
-    words[words.index("tool.path.0.speed=1,10 mm/min")] = "tool.path.0.speed=1,10,1e-9 mm/min"
-    grown = call(*words, "--limit", "20", "--set", "solver.max_steps=40")
-    assert grown.returncode == 2
-    assert "has runs of another scene" in grown.stderr
+    again = {"out": out, "varied": ["tool.path.0.speed=1,10,20 mm/min"], "workers": 1}
+    with pytest.raises(SceneError, match="has runs of another scene"):
+        sweep_command(FILE, overrides=[*SMALL, "solver.max_steps=40"], **again)
     (out / "rows.csv").write_text((out / "rows.csv").read_text() + "0.5,half a row")
-    grown = call(*words)
-    assert grown.returncode == 0, grown.stderr
+    sweep_command(FILE, overrides=list(SMALL), **again)
     assert [row["run"] for row in rows(out)][:2] == [one["run"], two["run"]]  # not run again
     assert len(rows(out)) == 3
 
