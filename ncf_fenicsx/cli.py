@@ -124,6 +124,19 @@ def compare_command(
     raise typer.Exit(DONE if comparison.within(tolerance) else STOPPED)
 
 
+@app.command("crosscheck")
+def crosscheck_command(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Histories of another code, NAME.csv.")],
+    kit: Annotated[Path, typer.Option(help="Folder of the cases.")] = Path("demos/crosscheck"),
+    tolerance: Annotated[float | None, typer.Option(help="Share of a column's largest size.", min=0)] = None,
+) -> None:
+    """Judge another code by the cross-check kit. Exit code 0: what it gave has passed; 1: not; 2: bad input."""
+    from ncf_fenicsx.study.crosscheck import holds, judge, table
+
+    say(table(verdicts := judge(folder, kit, tolerance)))
+    raise typer.Exit(DONE if holds(verdicts) else STOPPED)
+
+
 @app.command("report")
 def report_command(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Results folders, or one folder of a study.")],
@@ -177,14 +190,13 @@ def benchmark_command(
 ) -> None:
     """Measure what the laws cost on this machine, on one rank; or what a scene's run costs, over one factorisation."""
     if file is not None:
-        scene = Scene.read(file, overrides or ())
         from ncf_fenicsx.study.run_cost import benchmark_run
 
-        say(benchmark_run(scene))
-        return
-    from ncf_fenicsx.study.law_cost import benchmark
+        say(benchmark_run(Scene.read(file, overrides or ())))
+    else:
+        from ncf_fenicsx.study.law_cost import benchmark
 
-    say(benchmark(divisions))
+        say(benchmark(divisions))
 
 
 @app.command("calibrate")

@@ -52,10 +52,15 @@ class Curves:
     columns: dict[str, Floats]
 
     @classmethod
-    def read(cls, path: Path) -> Curves:
+    def read(cls, path: Path, names: dict[str, str] | None = None) -> Curves:
         """History from a CSV file with a heading: names as in ``history.csv``, in SI, or with a unit: ``force [kN]``.
 
         Columns that ``history.csv`` does not have are left out.
+
+        Args:
+            path: of the file.
+            names: what a heading of the file means, where it is none of these: ``{"RF3": "-tool_force [kN]"}``. A
+                leading minus turns the sign.
 
         Raises:
             SceneError: the file cannot be read, or a unit or value in it is not valid.
@@ -69,11 +74,13 @@ class Curves:
         _check_separators(path, heading, rows)
         columns = {}
         for number, text in enumerate(heading):
-            name, factor = _column(path, text)
+            meant = (names or {}).get(text.strip(), text)
+            name, factor = _column(path, meant.removeprefix("-"))
             if name in columns:
                 raise SceneError(f"{path}: column {name} is there twice; expected once")
             if factor is not None:
-                columns[name] = factor * np.array([_value(path, name, row, number) for row in rows])
+                sign = -1.0 if meant.startswith("-") else 1.0
+                columns[name] = sign * factor * np.array([_value(path, name, row, number) for row in rows])
         if len(rows) < 2:
             raise SceneError(f"{path}: {len(rows)} rows; expected a heading and two rows or more")
         return cls(path, columns)
@@ -179,7 +186,7 @@ class Comparison:
             raise SceneError(f"compare: {history.path} and {reference.path} share no column of force, Vf or gaps")
         self.differences = [self._difference(name) for name in self.columns]
 
-    def _on_both(self, column: str) -> tuple[Floats, Floats, Floats]:
+    def on_both(self, column: str) -> tuple[Floats, Floats, Floats]:
         """Rows of the history in the stretch that both share: their positions, and the values of both there."""
         (x, y), (x_ref, y_ref) = self.history.over(self.abscissa, column), self.reference.over(self.abscissa, column)
         begin, end = max(x[0], x_ref[0]), min(x[-1], x_ref[-1])
@@ -192,7 +199,7 @@ class Comparison:
         return x[inside], y[inside], np.interp(x[inside], x_ref, y_ref)
 
     def _difference(self, column: str) -> Difference:
-        positions, ours, theirs = self._on_both(column)
+        positions, ours, theirs = self.on_both(column)
         x_ref, y_ref = self.reference.over(self.abscissa, column)
         inside = (x_ref >= positions[0]) & (x_ref <= positions[-1])
         largest = float(np.abs([*theirs, *y_ref[inside]]).max())
@@ -257,7 +264,7 @@ class Comparison:
 
     def _draw_column(self, above: Any, below: Any, difference: Difference) -> None:
         name = difference.column
-        positions, ours, theirs = self._on_both(name)
+        positions, ours, theirs = self.on_both(name)
         above.plot(*self.reference.over(self.abscissa, name), "k-", linewidth=2.5, alpha=0.4, label="reference")
         above.plot(*self.history.over(self.abscissa, name), "C0o", markersize=4, label="history")
         above.set(title=name, ylabel=f"{name} ({unit_of(name)})")
