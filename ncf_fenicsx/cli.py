@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import traceback
 from pathlib import Path
@@ -14,6 +13,7 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import as_written
+from ncf_fenicsx.study import commands as studies
 from ncf_fenicsx.sweeps import commands as sweeps
 from ncf_fenicsx.terminal import complain, say, write_any_text
 from ncf_fenicsx.version import VERSION
@@ -230,48 +230,8 @@ def calibrate_command(
 
 study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed, and what moves it.")
 app.add_typer(study, name="study")
+studies.add_to(study)
 sweeps.add_to(study)
-
-
-@study.command("stability")
-def stability_command(
-    file: SceneFile,
-    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_stability unless given. Resumed.")] = None,
-    overrides: Overrides = None,
-    axes: Annotated[
-        list[str] | None, typer.Option("--axis", metavar="NAME", help="Run only what begins so. Repeatable.")
-    ] = None,
-    refinement: Annotated[float, typer.Option(help="Each run is compared with steps this much smaller.", min=1)] = 4,
-    limit: Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)] = 600,
-    workers: Annotated[int, typer.Option(help="Runs at a time.", min=1)] = os.cpu_count() or 1,
-) -> None:
-    """Push a scene in every direction, one run after the other; a table, and a map of what held and what did not."""
-    scene = Scene.read(file, overrides or ())
-    from ncf_fenicsx.study.stability import study_stability
-    from ncf_fenicsx.study.stability_runner import Runner
-
-    folder = out or Path("results") / f"{file.stem}_stability"
-    say(study_stability(scene, Runner(file, folder, tuple(overrides or ()), refinement, limit, workers), axes))
-
-
-@study.command("error-time")
-def error_time_command(
-    file: SceneFile,
-    out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_error_time unless given. Resumed.")] = None,
-    overrides: Overrides = None,
-    methods: Annotated[
-        list[str] | None, typer.Option("--method", metavar="NAME", help="Run only what begins so. Repeatable.")
-    ] = None,
-    limit: Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)] = 3600,
-    along_y: Annotated[bool, typer.Option(help="Refine meshes along y too.")] = True,
-    levels: Annotated[int, typer.Option(help="Refinements by two that the reference is made of.", min=3)] = 3,
-    through: Annotated[bool, typer.Option(help="Refine through the layers too, or take it as the model.")] = True,
-) -> None:
-    """Weigh error against run time: meshes, steps, contact, tolerances, ranks, explicit; a table and a picture."""
-    from ncf_fenicsx.study.error_time import ErrorTime
-
-    folder = out or Path("results") / f"{file.stem}_error_time"
-    say(ErrorTime(file, folder, tuple(overrides or ()), limit, along_y, levels, through).run(methods))
 
 
 def main() -> None:
