@@ -117,9 +117,8 @@ class ThroughProfile:
     def _ends(self, vf: Floats, stress: Floats, pressures: Floats) -> tuple[Floats, Floats]:
         """Vf at the lower and the upper face of each cell."""
         upright = self._upright
-        cells = {
-            name: field.committed_rows().reshape(len(vf), -1).mean(axis=1) for name, field in self._in_cells.items()
-        }
+        rows = {name: field.committed_rows() for name, field in self._in_cells.items()}
+        cells = {name: values.mean(axis=tuple(range(1, values.ndim))) for name, values in rows.items()}
         slow = SlowLaw(self._laws, self._rest, cells).pressure(vf)
         told = (stress < 0) & (slow > 0)
         factor = np.divide(-stress, slow, out=np.ones_like(vf), where=told)
