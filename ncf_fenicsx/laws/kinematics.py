@@ -127,9 +127,10 @@ class ExtrapolatedKinematics(Kinematics):
         return F.T * F - change.T * change
 
 
-def deformation_gradient(displacement: Expression) -> Expression:
-    """F = I + grad u."""
-    return ufl.Identity(3) + ufl.grad(displacement)
+def deformation_gradient(displacement: Expression, shift: Expression = None) -> Expression:
+    """F = I + grad u, or its value a shift in m away, to first order: F + grad F . shift."""
+    F = ufl.Identity(3) + ufl.grad(displacement)
+    return F if shift is None else F + ufl.dot(ufl.grad(ufl.grad(displacement)), shift)
 
 
 def in_plane(tensor: Expression) -> Expression:

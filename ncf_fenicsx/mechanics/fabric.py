@@ -28,6 +28,7 @@ class Fabric(Material):
         thickness: of a layer in m.
         clock: what a step tells the laws.
         states: fields of the states at the start of a step, by name; Vf is always among them.
+        shift: vector in m to where strains are taken, from where they are asked for; None for there.
     """
 
     laws: Laws
@@ -35,10 +36,11 @@ class Fabric(Material):
     thickness: Expression
     clock: Clock
     states: dict[str, Any] = field(default_factory=dict)
+    shift: Expression = None
 
     def kinematics(self, displacement: Any) -> Kinematics:
         """Strains of a displacement field."""
-        F = deformation_gradient(displacement)
+        F = deformation_gradient(displacement, self.shift)
         return Kinematics(F, self.initial_volume_fraction, self.laws.volume_fraction)
 
     def compaction_step(self, kinematics: Kinematics) -> CompactionStep:

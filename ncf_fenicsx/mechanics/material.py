@@ -115,14 +115,15 @@ class Solid(Material):
 
     Args:
         law: its energy.
+        shift: vector in m to where strains are taken, from where they are asked for; None for there.
     """
 
-    def __init__(self, law: Any) -> None:
-        self.law = law
+    def __init__(self, law: Any, shift: Expression = None) -> None:
+        self.law, self._shift = law, shift
 
     def kinematics(self, displacement: Any) -> Kinematics:
         """Strains of a displacement field; a solid has no fibres."""
-        return Kinematics(deformation_gradient(displacement))
+        return Kinematics(deformation_gradient(displacement, self._shift))
 
     def internal_work(self, displacement: Any, variation: Any, volumes: Volumes) -> ufl.Form:
         """Variation of the energy (J): of the change of shape, and of that of volume."""

@@ -29,6 +29,7 @@ from ncf_fenicsx.mesh.state_fields import (
     at_volume_points,
     fields_at_points,
     functions_at_points,
+    towards_middle,
 )
 from ncf_fenicsx.scene import Scene
 
@@ -79,15 +80,15 @@ class Problem:
         self.terms = self._terms()
         self._forms = _Forms(self)
 
-    def _laws_at(self, name: str, element: Any) -> tuple[Material, dict[str, StateField]]:
-        """The laws, and their fields of state at the points of a Basix element, by name; those of a name in files."""
+    def _laws_at(self, name: str, points: Any, shift: Expression = None) -> tuple[Material, dict[str, StateField]]:
+        """The laws and their fields of state, by name, for strains at a shift (m) from the points of an element."""
         laws, constants = self.scene.laws, self.constants
         if laws.solid is not None:
-            return Solid(laws.solid.with_constants(constants)), {}
+            return Solid(laws.solid.with_constants(constants), shift), {}
         initial = self.scene.stack.initial_volume_fraction
-        functions = functions_at_points(self.mesh, element, laws.initial_states(initial))
+        functions = functions_at_points(self.mesh, points, laws.initial_states(initial))
         thickness = constants(self.scene.stack.thickness)
-        fabric = Fabric(laws.with_constants(constants), constants(initial), thickness, self.clock, functions)
+        fabric = Fabric(laws.with_constants(constants), constants(initial), thickness, self.clock, functions, shift)
         return fabric, fields_at_points(name, functions, fabric.updated_states(self.displacement))
 
     def _at_faces(self) -> tuple[dict[str, StateField], Expression]:
@@ -97,7 +98,9 @@ class Problem:
         """
         if not self.scene.contact_uses_own_pressure:
             return {}, None
-        material, states = self._laws_at("face_state", at_nodes(self.stack.element))
+        element = self.stack.element
+        shift = towards_middle(self.mesh, element.own_pressure_place)
+        material, states = self._laws_at("face_state", at_nodes(element), shift)
         kinematics = material.kinematics(self.displacement)
         return states, -material.normal_stress(kinematics) * kinematics.area_stretch
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import basix.ufl
 import numpy as np
+import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
@@ -116,6 +117,14 @@ def functions_at_points(mesh: Any, element: Any, initial: dict[str, float]) -> d
     for name, value in initial.items():
         functions[name].x.array[:] = value
     return functions
+
+
+def towards_middle(mesh: Any, share: float) -> Any:
+    """UFL vector (m), in the plane of a layer, from a point of a cell to a share of the way to the cell's middle."""
+    middle = fem.Function(fem.functionspace(mesh, ("DG", 0, (3,))))
+    middle.interpolate(lambda positions: positions)
+    x, y, _ = share * (middle - ufl.SpatialCoordinate(mesh))
+    return ufl.as_vector([x, y, 0])
 
 
 def fields_at_points(prefix: str, functions: dict[str, Any], updates: dict[str, Expression]) -> dict[str, StateField]:
