@@ -11,6 +11,7 @@ from ncf_fenicsx.accuracy.answer import Answer, bar_words, words_of
 from ncf_fenicsx.accuracy.quantities import QUANTITIES
 from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.output.safe_files import replace
+from ncf_fenicsx.report.closing import drawn_or_told
 from ncf_fenicsx.report.page import write_report
 from ncf_fenicsx.report.reading import read_record
 from ncf_fenicsx.report.summary_picture import draw_summary
@@ -58,18 +59,21 @@ def _level(answer: Answer, number: int) -> dict[str, Any]:
     return {"level": level.number, **cost, "values": level.values, **changed, "stability_lost_at": level.lost}
 
 
-def show_in(folder: Path, record: dict[str, Any], output: Output) -> None:
+def show_in(folder: Path, record: dict[str, Any], output: Output) -> list[str]:
     """Put the error bars of a sequence into the record of a run, and draw what its scene asks for.
 
+    Returns:
+        What could not be drawn.
+
     Raises:
-        ResultError: they cannot be written.
+        ResultError: the record cannot be written.
     """
     shown = {key: record[key] for key in ("asked", "met", "ending", "quantities", "different_branches")}
     _write(folder / "run.json", read_record(folder) | {"accuracy": shown})
-    if output.picture:
-        draw_summary(folder)
+    wanted = {"summary.png": draw_summary} if output.picture else {}
     if output.report:
-        write_report(folder)
+        wanted["report.html"] = write_report
+    return drawn_or_told(folder, wanted)
 
 
 def _write(path: Path, record: dict[str, Any]) -> None:

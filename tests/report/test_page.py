@@ -170,21 +170,6 @@ def test_even_steps_have_both_ends():
     assert evenly(11, 3) == [0, 5, 10]
 
 
-def test_a_page_that_fails_costs_no_result(tmp_path, monkeypatch, table, capsys):
-    from ncf_fenicsx import Scene, run
-    from ncf_fenicsx.simulation import closing_pictures
-
-    def fails(_):
-        raise RuntimeError("no page today")
-
-    monkeypatch.setattr(closing_pictures, "write_report", fails)
-    scene = Scene.from_table(table | {"output": {"picture": False}})
-    result = run(scene, tmp_path / "run")
-    assert result.done
-    assert (tmp_path / "run" / "run.json").is_file()
-    assert "no report.html: RuntimeError: no page today" in capsys.readouterr().out
-
-
 def test_no_page_where_none_is_wanted(tmp_path, table):
     from ncf_fenicsx import Scene, run
 
