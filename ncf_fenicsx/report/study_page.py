@@ -54,7 +54,7 @@ def write_study(folder: Path) -> Path:
     head = list(rows[0]) if rows else []
     main += element("section", table(name, head, [list(row.values()) for row in rows], wide=True), aria_label="Table")
     title = f"{TITLES[name]}: {folder.resolve().name}"
-    page = document(title, main + data("panels", panels), ("vendor", "decode", "curve", "study"))
+    page = document(title, main + data("panels", panels), ("vendor", "decode", "picture", "curve", "study"))
     replace(folder / PAGE, lambda beside: beside.write_text(page, encoding="utf-8"))
     return folder / PAGE
 

@@ -10,10 +10,11 @@ from program import call
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.model import encode_model, evenly
-from ncf_fenicsx.report.numbers import EXPLAINED, figures, warnings
+from ncf_fenicsx.report.numbers import figures
 from ncf_fenicsx.report.page import write_report
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.sentence import sentence
+from ncf_fenicsx.report.warnings import EXPLAINED, warnings
 
 pytestmark = pytest.mark.serial
 UNITS = {"N": 1.0, "mm": 1e-3, "kPa": 1e3, "s": 1.0, "": 1.0}
@@ -112,11 +113,31 @@ def test_warnings_have_explanations(copied):
     rows = [",".join(repr(float(changed[name][row])) for name in names) for row in range(len(history["time"]))]
     (copied / "history.csv").write_text("\n".join([text[0], *rows]) + "\n", encoding="utf-8")
     (copied / "run.json").unlink()
-    about = {one.about for one in warnings(Results.read(copied))}
+    found = warnings(Results.read(copied))
+    about = {one.about for one in found}
     assert about == {
         f"about-{name}" for name in ("ending", "penetration", "error", "viscosity", "balance", "stability")
     }
     assert about <= set(EXPLAINED)
+    shown = ("size-of-the-steps", "deepest-penetration", "estimated-errors-and-shares", "force", "negative-pivots")
+    assert {one.place for one in found} == {f"curve-{name}" for name in shown}
+    write_report(copied)
+    read = Reader(copied / "report.html")
+    assert {f"#{one.place}" for one in found} <= set(read.links)
+    assert {link[1:] for link in read.links if link.startswith("#")} <= read.ids
+
+
+def test_cautions_of_a_run_lead_to_what_shows_them(copied):
+    cautions = {
+        "stability is lost at 3 s (2 negative pivots)": "curve-negative-pivots",
+        "stack.divisions: elements under tool are up to 3 mm long along x": "view-of-the-stack",
+        "tool never touched the stack: tool_force is 0, and 3 mm are left": "curve-force",
+        "laws.compaction: the table is moved by 3 Pa": "file-scene",
+    }
+    record = json.loads((copied / "run.json").read_text("utf-8"))
+    (copied / "run.json").write_text(json.dumps(record | {"cautions": list(cautions)}), encoding="utf-8")
+    found = {one.words: one.place for one in warnings(Results.read(copied))}
+    assert {words: found[words] for words in cautions} == cautions
 
 
 def test_an_unfinished_folder_has_a_page(copied):

@@ -89,7 +89,7 @@ def test_page_of_a_study_opens(browser, study):
         "for (const type of ['mouseenter', 'mousemove', 'pointermove'])"
         "  over.dispatchEvent(new MouseEvent(type, {clientX: box.left + 5, clientY: box.top + 5, bubbles: true}));"
     )
-    browser.wait("return document.querySelector('figure .note').textContent.startsWith('mesh 8')")
+    browser.wait("return document.querySelector('figure .point').textContent.startsWith('mesh 8')")
 
 
 def test_a_broken_table_is_one_line(study):

@@ -13,7 +13,7 @@ function panelContent(panel) {
 
 function namePoints(curve, panel) {
   const words = make("p", "", curve.figure);
-  words.className = "note";
+  words.className = "note point";
   words.setAttribute("aria-live", "polite");
   const all = panel.lines.filter((line) => !line.front).flatMap((line) => line.points.map((point) => [line.label, ...point]));
   curve.plot.addEventListener("pointermove", () => {
