@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.report import encoding
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.surfaces import Integers, Layers, lines_under, mirrors, neighbours, rigid_surfaces
+from ncf_fenicsx.report.thinning import evenly
 
 LEAST_PRESSURE = 1e-3
 """Pressure over the largest one from which on a place is drawn as pressed."""
@@ -46,11 +47,6 @@ def encode_model(results: Results, most_bytes: int) -> dict[str, Any] | None:
             return None
         fewer = max(min(int(0.95 * len(layers.times) * most_bytes / size), len(layers.times) - 1), 2)
         layers = _thinned(layers, evenly(len(layers.times), fewer))
-
-
-def evenly(count: int, most: int) -> list[int]:
-    """Numbers of at most so many of ``count`` steps, the first and the last among them."""
-    return sorted({int(number) for number in np.linspace(0, count - 1, min(count, most)).round()})
 
 
 def _thinned(layers: Layers, kept: list[int]) -> Layers:

@@ -9,11 +9,12 @@ import pytest
 from program import call
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.report.model import encode_model, evenly
+from ncf_fenicsx.report.model import encode_model
 from ncf_fenicsx.report.numbers import figures
 from ncf_fenicsx.report.page import write_report
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.sentence import sentence
+from ncf_fenicsx.report.thinning import evenly
 from ncf_fenicsx.report.warnings import EXPLAINED, warnings
 
 pytestmark = pytest.mark.serial

@@ -44,7 +44,7 @@ function followTheme(redraw) {
 
 class Curve {
   /* content: title, id (of a figure that is there; else one is made), note (below the curves), x {label, values, names
-     (of the places 1, 2 and so on)}, y label, logarithmic (both axes), lines [{label, values, low and high (ends of
+     (of the places 1, 2 and so on)}, y label, logarithmic ("x" or "both" axes), lines [{label, values, low and high (ends of
      their errors), bars (errors are of each place alone), and for other than their order has it: colour and pattern
      (numbers), width (0 for points alone), points, front (a best front)}]. */
   constructor(parent, content) {
@@ -108,13 +108,13 @@ class Curve {
     const { x, y, logarithmic } = this.content;
     const text = { stroke: cssValue("--text"), font: "12px system-ui", labelFont: "12px system-ui", labelSize: 20 };
     const rule = { grid: { stroke: cssValue("--rule"), width: 1 }, ticks: { stroke: cssValue("--rule"), width: 1 } };
-    const scale = logarithmic ? { distr: 3 } : {};
+    const [along, up] = [Boolean(logarithmic), logarithmic === "both"].map((so) => (so ? { distr: 3 } : {}));
     const values = (plot, ticks) => ticks.map((tick) => (tick === null ? "" : shortNumber(tick)));
     const names = x.names && { values: (plot, ticks) => ticks.map((tick) => x.names[tick - 1] ?? ""), incrs: [1] };
-    const across = x.names ? { range: [0.5, x.names.length + 0.5] } : scale;
+    const across = x.names ? { range: [0.5, x.names.length + 0.5] } : along;
     const options = {
       ...this.size(),
-      scales: { x: { time: false, ...across }, y: scale },
+      scales: { x: { time: false, ...across }, y: up },
       axes: [{ ...text, ...rule, label: x.label, values, ...names }, { ...text, ...rule, label: y, size: 58, values }],
       series: [{ label: x.label, value: (plot, shown) => shortNumber(shown) }, ...this.columns().map((one, i) => this.drawnAs(one, i))],
       hooks: { drawClear: [(plot) => this.drawErrors(plot)], draw: [(plot) => this.drawMark(plot)] },
@@ -128,7 +128,8 @@ class Curve {
     if (line.isEnd) return { label: line.label, value, width: 0, points: { show: false }, class: "end" };
     const points = { show: line.points ?? this.content.x.values.length < 40, size: 5 };
     const stroke = this.colour(line, number);
-    return { label: line.label, value, stroke, width: line.width ?? 2, dash: this.dash(line, number), points, spanGaps: true };
+    const paths = line.width === 0 ? { paths: () => null } : {};
+    return { label: line.label, value, stroke, width: line.width ?? 2, dash: this.dash(line, number), points, spanGaps: true, ...paths };
   }
 
   update(content) {
@@ -157,20 +158,15 @@ class Curve {
     ctx.restore();
   }
 
-  /* Errors as parts: those that go on from place to place together, for a band; those of single places for bars. */
+  /* Errors as parts: those of a line together, for a band; of a line with bars, or with only one, each alone. */
   errors() {
     const { x, lines } = this.content;
-    const found = [];
-    lines.forEach((line, number) => {
-      let together = [];
-      for (let i = 0; line.low && i < x.values.length; i++) {
-        const known = line.low[i] !== null && line.high[i] !== null;
-        if (known) together.push([x.values[i], line.low[i], line.high[i]]);
-        const ends = !known || line.bars || i === x.values.length - 1;
-        if (ends && together.length) found.push({ number, places: together.splice(0) });
-      }
+    return lines.flatMap((line, number) => {
+      const all = Array.from(x.values, (place, i) => [place, line.low?.[i] ?? null, line.high?.[i] ?? null]);
+      const known = all.filter(([, low, high]) => low !== null && high !== null);
+      if (line.bars) return known.map((one) => ({ number, places: [one] }));
+      return known.length ? [{ number, places: known }] : [];
     });
-    return found;
   }
 
   drawErrors(plot) {

@@ -4,10 +4,15 @@
 const FRAME = { width: 640, height: 400, left: 70, top: 36, right: 620, bottom: 340 };
 const PAPER = ["#005cab", "#b35900", "#007a5a", "#8a3f91", "#a3123a", "#5c5c00"];
 
+function isLogarithmic(curve, axis) {
+  const { logarithmic } = curve.content;
+  return logarithmic === "both" || logarithmic === axis;
+}
+
 /* Places in the picture of numbers along both axes. */
 function placesOf(curve) {
-  const log = curve.content.logarithmic ? Math.log10 : (number) => number;
   const along = (name, from, to) => (number) => {
+    const log = isLogarithmic(curve, name) ? Math.log10 : (one) => one;
     const { min, max } = curve.drawn.scales[name];
     const [low, high] = [log(min), log(max)];
     return from + ((log(number) - low) / (high - low || 1)) * (to - from);
@@ -35,14 +40,14 @@ function pictureOf(curve) {
 }
 
 function putAxes(curve, put, [toX, toY]) {
-  const { x, y, title, logarithmic } = curve.content;
+  const { x, y, title } = curve.content;
   const { width, height, left, top, right, bottom } = FRAME;
   put("rect", { x: 0, y: 0, width, height, fill: "white" });
   put("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none", stroke: "#777" });
   put("text", { x: left, y: 20, "font-size": 14, "font-weight": "bold" }, title);
   put("text", { x: (left + right) / 2, y: height - 22, "text-anchor": "middle" }, x.label);
   put("text", { transform: `translate(14 ${(top + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, y);
-  const marks = (name) => ticks(curve.drawn.scales[name].min, curve.drawn.scales[name].max, logarithmic);
+  const marks = (name) => ticks(curve.drawn.scales[name].min, curve.drawn.scales[name].max, isLogarithmic(curve, name));
   const named = x.names?.map((name, i) => [i + 1, name]) ?? marks("x").map((tick) => [tick, shortNumber(tick)]);
   for (const [tick, name] of named) put("text", { x: toX(tick), y: bottom + 16, "text-anchor": "middle" }, name);
   for (const tick of marks("y")) put("text", { x: left - 6, y: toY(tick) + 4, "text-anchor": "end" }, shortNumber(tick));
