@@ -45,7 +45,8 @@ def _values(name: str, one: dict[str, Any], levels: list[dict[str, Any]], tolera
             limit = factor * one["limit"]
             lines.append(line("extrapolated", [(time, limit, "") for time in (min(times), max(times))]))
     title = one["title"][0].upper() + one["title"][1:]
-    return panel(title, COST, unit or one["title"], lines, logarithmic="x", note=one["words"] + ".")
+    words = f"{one['title']} in {unit}" if unit else one["title"]
+    return panel(title, COST, words, lines, logarithmic="x", note=one["words"] + ".")
 
 
 def _bars(name: str, one: dict[str, Any], levels: list[dict[str, Any]], tolerance: float) -> Panel:

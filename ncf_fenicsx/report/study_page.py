@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -61,7 +62,14 @@ def write_study(folder: Path) -> Path:
         study = READ[name](folder)
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise SceneError(f"{folder / name}: cannot be read: {error}; expected the table of a study") from error
-    return write_panels(folder / PAGE, f"{study.title}: {folder.resolve().name}", study)
+    return write_panels(folder / PAGE, f"{study.title}: {_subject(folder)}", study)
+
+
+def _subject(folder: Path) -> str:
+    """Title of the scene that a study is of, or the folder's name where there is none."""
+    scene = folder / "scene.toml"
+    title = tomllib.loads(scene.read_text(encoding="utf-8")).get("title") if scene.is_file() else None
+    return f"{title or folder.resolve().name}"
 
 
 def write_panels(path: Path, title: str, study: Study) -> Path:
@@ -118,12 +126,27 @@ def _sweep(folder: Path) -> Study:
     rows, path = _rows(folder / SWEEP), folder / FINDINGS
     found = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {"words": [], "panels": []}
     answer = found["words"] or ["The study has not ended: these are the runs so far."]
-    words = (
-        "Thick lines are means of the runs, at each value of an input or in slices of equally many runs. Press a "
-        "name to hide or show a line. Numbers are in SI units."
-    )
     panels = sweep_panels(rows, found["panels"])
-    return Study("What moves the results", words, panels, [_table(SWEEP, rows)], answer, parallel(rows))
+    title, words = IN_WORDS[found["panels"][0]["kind"] if found["panels"] else "effect"]
+    return Study(title, words, panels, [_table(SWEEP, rows)], answer, parallel(rows))
+
+
+IN_WORDS = {
+    "effect": (
+        "What moves the results",
+        "Thick lines are means of the runs, at each value of an input or in slices of equally many runs. Press a name "
+        "to hide or show a line. Numbers are in SI units.",
+    ),
+    "estimates": (
+        "Which inputs matter",
+        "Each panel has a result, with the numbers of each input side by side. Press a name to hide or show it.",
+    ),
+    "distribution": (
+        "How sure the results are",
+        "Each panel has a result as it is distributed, with its median and where 90 of 100 cases lie.",
+    ),
+}
+"""Title and words of the page of a study at many points, by the kind of what it has found."""
 
 
 def _sequence(folder: Path) -> Study:

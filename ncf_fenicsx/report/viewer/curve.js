@@ -44,9 +44,10 @@ function followTheme(redraw) {
 
 class Curve {
   /* content: title, id (of a figure that is there; else one is made), note (below the curves), x {label, values, names
-     (of the places 1, 2 and so on)}, y label, logarithmic ("x" or "both" axes), lines [{label, values, low and high (ends of
-     their errors), bars (errors are of each place alone), and for other than their order has it: colour and pattern
-     (numbers), width (0 for points alone), points, front (a best front)}]. */
+     (of the places 1, 2 and so on), range (with margins)}, y label, logarithmic ("x" or "both" axes), lines [{label,
+     values, low and high (ends of their errors), bars (errors are of each place alone), and for other than their order
+     has it: colour and pattern (numbers), width (0 for points alone), points, front (a best front), traced (points that
+     the line goes through in their order)}]. */
   constructor(parent, content) {
     this.figure = (content.id && document.getElementById(content.id)) || make("figure", "", parent);
     this.figure.curve = this;
@@ -111,11 +112,15 @@ class Curve {
     const [along, up] = [Boolean(logarithmic), logarithmic === "both"].map((so) => (so ? { distr: 3 } : {}));
     const values = (plot, ticks) => ticks.map((tick) => (tick === null ? "" : shortNumber(tick)));
     const names = x.names && { values: (plot, ticks) => ticks.map((tick) => x.names[tick - 1] ?? ""), incrs: [1] };
-    const across = x.names ? { range: [0.5, x.names.length + 0.5] } : along;
+    const marks = logarithmic ? { splits: (plot, axis, low, high) => ticks(low, high, true) } : {};
+    const across = { ...along, ...(x.range ? { range: (plot, low, high) => this.rangeOf(low, high) } : {}) };
     const options = {
       ...this.size(),
       scales: { x: { time: false, ...across }, y: up },
-      axes: [{ ...text, ...rule, label: x.label, values, ...names }, { ...text, ...rule, label: y, size: 58, values }],
+      axes: [
+        { ...text, ...rule, label: x.label, values, ...marks, ...names },
+        { ...text, ...rule, label: y, size: 58, values, ...(logarithmic === "both" ? marks : {}) },
+      ],
       series: [{ label: x.label, value: (plot, shown) => shortNumber(shown) }, ...this.columns().map((one, i) => this.drawnAs(one, i))],
       hooks: { drawClear: [(plot) => this.drawErrors(plot)], draw: [(plot) => this.drawMark(plot)] },
       cursor: { drag: { x: true, y: true } },
@@ -123,12 +128,18 @@ class Curve {
     this.drawn = new vendor.uPlot(options, this.data(), this.plot);
   }
 
+  /* The whole range with its margins, or what a reader has zoomed in on. */
+  rangeOf(low, high) {
+    const { values, range } = this.content.x;
+    return low === values[0] && high === values[values.length - 1] ? range : [low, high];
+  }
+
   drawnAs(line, number) {
     const value = (plot, shown) => shortNumber(shown);
     if (line.isEnd) return { label: line.label, value, width: 0, points: { show: false }, class: "end" };
     const points = { show: line.points ?? this.content.x.values.length < 40, size: 5 };
     const stroke = this.colour(line, number);
-    const paths = line.width === 0 ? { paths: () => null } : {};
+    const paths = line.traced ? { paths: (plot) => traceOf(plot, line.traced) } : line.width === 0 ? { paths: () => null } : {};
     return { label: line.label, value, stroke, width: line.width ?? 2, dash: this.dash(line, number), points, spanGaps: true, ...paths };
   }
 
@@ -208,4 +219,11 @@ class Curve {
     const rows = this.data()[0].map((_, row) => this.data().map((column) => column[row] ?? "").join(","));
     return `${head.join(",")}\n${rows.join("\n")}\n`;
   }
+}
+
+/* A line through points in their order: a loop has places that come more than once. */
+function traceOf(plot, points) {
+  const stroke = new Path2D();
+  for (const [x, y] of points) stroke.lineTo(plot.valToPos(x, "x", true), plot.valToPos(y, "y", true));
+  return { stroke, fill: null, clip: null };
 }

@@ -26,9 +26,14 @@ function textOf(axis, value) {
   return axis.words ? axis.words[value] : shortNumber(value);
 }
 
-/* Dark blue to yellow, told apart without seeing red or green. */
+/* Of the map viridis, without its ends, which do not stand out on a dark or a light page. */
+const SHADES = [[70, 50, 126], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 193, 109], [160, 218, 57]];
+
 function shade(share) {
-  return `hsl(${250 - 200 * share} ${65 + 20 * share}% ${36 + 20 * share}%)`;
+  const place = share * (SHADES.length - 1);
+  const [lower, upper] = [SHADES[Math.floor(place)], SHADES[Math.ceil(place)]];
+  const mixed = lower.map((part, i) => Math.round(part + (place % 1) * (upper[i] - part)));
+  return `rgb(${mixed.join(" ")})`;
 }
 
 function drawAxis(axis, number, image) {
@@ -69,5 +74,5 @@ function drawParallel(parent, { axes, runs, of, coloured }) {
   });
   axes.forEach((axis, number) => drawAxis(axis, number, image));
   const thinned = runs.length < of ? `${runs.length} of ${of} runs are drawn. ` : "";
-  make("p", `${thinned}Lines are coloured by ${scale.heading}, dark for little, yellow for much.`, parent).className = "note";
+  make("p", `${thinned}Lines are coloured by ${scale.heading}, dark for little, light for much.`, parent).className = "note";
 }

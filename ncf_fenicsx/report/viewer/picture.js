@@ -74,7 +74,7 @@ function putLines(curve, put, [toX, toY]) {
   const { x, lines } = curve.content;
   lines.forEach((line, number) => {
     const stroke = strokeOf(line, number);
-    const points = Array.from(line.values, (value, i) => [x.values[i], value]).filter((point) => point[1] !== null);
+    const points = line.traced || Array.from(line.values, (value, i) => [x.values[i], value]).filter((point) => point[1] !== null);
     const places = points.map(([a, b]) => [toX(a), toY(b)]);
     const style = { fill: "none", stroke, "stroke-width": line.width ?? 2, "stroke-dasharray": curve.dash(line, number).join(" ") };
     if (line.width === 0) places.forEach(([cx, cy]) => put("circle", { cx, cy, r: 3, fill: stroke }));
@@ -83,13 +83,15 @@ function putLines(curve, put, [toX, toY]) {
   });
 }
 
-/* About five round numbers between two; powers of ten on a logarithmic axis. */
+/* About five round numbers between two; powers of ten, or 1, 2 and 5, on a logarithmic axis. */
 function ticks(low, high, logarithmic) {
   if (!(high > low)) return [low];
   const found = [];
   if (logarithmic) {
-    for (let power = Math.ceil(Math.log10(low)); 10 ** power <= high; power++) found.push(10 ** power);
-    return found;
+    for (let power = Math.floor(Math.log10(low)); 10 ** power <= high; power++) {
+      found.push(...[1, 2, 5].map((first) => first * 10 ** power).filter((tick) => tick >= low && tick <= high));
+    }
+    return found.length > 6 ? found.filter((tick) => Number.isInteger(Math.log10(tick))) : found;
   }
   const rough = 10 ** Math.floor(Math.log10((high - low) / 4));
   const step = [1, 2, 5, 10].map((factor) => factor * rough).find((size) => (high - low) / size <= 6);

@@ -18,15 +18,25 @@ function tableOf(lines) {
   return { places, rows };
 }
 
+/* So that the outermost points are whole; half a place beside names. */
+function rangeWithMargins({ names, logarithmic }, places) {
+  if (names) return [0.5, names.length + 0.5];
+  const [low, high] = [places[0], places[places.length - 1]];
+  if (logarithmic) return [low / (high / low) ** 0.06 / 1.02, high * (high / low) ** 0.06 * 1.02];
+  const margin = 0.05 * (high - low) || 0.5 * Math.abs(low) || 1;
+  return [low - margin, high + margin];
+}
+
 function panelContent(panel) {
   const { places, rows } = tableOf(panel.lines);
   const lines = panel.lines.map((line, number) => {
     const part = (index) => rows[number].map((point) => point?.[index] ?? null);
     const width = line.apart ? 0 : line.front ? 7 : 1.5;
     const ends = line.points.some((point) => point.length > 3) ? { low: part(3), high: part(4), bars: line.bars } : {};
-    return { label: line.label, values: part(1), width, points: !line.front, front: line.front, ...ends };
+    const look = { width, points: !line.front && !line.traced, front: line.front, ...(line.colour === undefined ? {} : { colour: line.colour }) };
+    return { label: line.label, values: part(1), ...look, traced: line.traced && line.points, ...ends };
   });
-  const x = { label: panel.x, values: places, names: panel.names };
+  const x = { label: panel.x, values: places, names: panel.names, range: rangeWithMargins(panel, places) };
   return { title: panel.title, x, y: panel.y, lines, logarithmic: panel.logarithmic, note: panel.note };
 }
 
