@@ -144,7 +144,9 @@ class Curve {
   }
 
   update(content) {
+    const { y } = this.content;
     this.content = { ...this.content, ...content };
+    if (this.content.y !== y) this.draw();
     this.caption.textContent = this.content.title;
     this.drawn.setData(this.data());
   }
