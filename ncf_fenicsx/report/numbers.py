@@ -122,6 +122,8 @@ def _wrinkle(results: Results) -> Figure | None:
     if found is None:
         return None
     column, row = found.column, found.row
+    if not found.value:
+        return Figure("Highest wrinkle", "0 mm", "no crest on any layer at any time", column, row)
     number = column.rsplit("_", 1)[1]
     length = results.history[f"wrinkle_length_{number}"][row]
     shape = f"{short(1e3 * length)} mm long between its lift-off points" if length else "no crest"

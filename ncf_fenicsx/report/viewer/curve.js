@@ -107,7 +107,8 @@ class Curve {
   draw() {
     this.drawn?.destroy();
     const { x, y, logarithmic } = this.content;
-    const text = { stroke: cssValue("--text"), font: "12px system-ui", labelFont: "12px system-ui", labelSize: 20 };
+    const font = document.documentElement.dataset.printing ? "9px system-ui" : "12px system-ui";
+    const text = { stroke: cssValue("--text"), font, labelFont: font, labelSize: 20 };
     const rule = { grid: { stroke: cssValue("--rule"), width: 1 }, ticks: { stroke: cssValue("--rule"), width: 1 } };
     const [along, up] = [Boolean(logarithmic), logarithmic === "both"].map((so) => (so ? { distr: 3 } : {}));
     const values = (plot, ticks) => ticks.map((tick) => (tick === null ? "" : shortNumber(tick)));

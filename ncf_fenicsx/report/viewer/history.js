@@ -19,7 +19,7 @@ class HistoryCurves {
     const curve = run.curves.find((one) => one.title === title);
     if (!curve || (curve.table === "snapshots" && !run.model)) return false;
     const columns = curve.table === "history" ? run.history : run.model.snapshot_columns;
-    return curve.lines.some((line) => columns[line.column].some((value) => value !== 0));
+    return curve.lines.some((line) => columns[line.column]?.some((value) => value !== 0));
   }
 
   /* Of the figure that the page keeps for a curve of its one run. */

@@ -80,6 +80,7 @@ function startStudy() {
     namePoints(curve, panel);
     return curve;
   });
+  curves.forEach((curve) => curve.draw()); // the width of each is known once all are there
   chooseGroup(curves, panels);
   if (document.getElementById("parallel")) drawParallel(document.getElementById("parallel"), across);
   followTheme(() => curves.forEach((curve) => curve.draw()));

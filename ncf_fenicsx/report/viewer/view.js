@@ -10,6 +10,7 @@ class View {
     this.canvas = canvas;
     this.model = model;
     this.renderer = new vendor.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.localClippingEnabled = true; // a cut goes through tools too
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.camera = new vendor.PerspectiveCamera(30, 1, 0.001, 10);
     this.camera.up.set(0, 0, 1);
@@ -54,6 +55,8 @@ class View {
       place = low + Math.min(share, MOST_CUT) * (high - low);
     }
     this.faces = outerFaces(this.model, place === null ? null : new Plane(this.model, axis, place));
+    const along = new vendor.Vector3().setComponent(axis ?? 0, 1);
+    this.steel.clippingPlanes = place === null ? null : [{ normal: along, constant: -place }];
     this.makeGeometry();
     return place;
   }
