@@ -134,10 +134,10 @@ def _distribution(one: Found, rows: list[Row]) -> Panel:
         steps += [(low, density, ""), (high, density, "")]
     steps.append((one["edges"][-1], 0.0, ""))
     top = max(one["density"])
-    marks = [line(name, [(value, 0.0, ""), (value, top, "")]) for name, value in one["marks"].items()]
+    marks = [line(name, [(value, 0.0, ""), (value, top, "")], traced=True) for name, value in one["marks"].items()]
     unit = f" ({one['unit']})" if one["unit"] else ""
     title = one["result"][0].upper() + one["result"][1:]
-    return panel(title, f"{one['result']}{unit}", "density", [line("density", steps), *marks])
+    return panel(title, f"{one['result']}{unit}", "density", [line("density", steps, traced=True), *marks])
 
 
 KINDS: dict[str, Callable[[Found, list[Row]], Panel]] = {

@@ -15,7 +15,7 @@ from ncf_fenicsx.report.sentence import short
 LARGE_ERROR = 0.1
 """Estimated error of the field of Vf, over its change, from which on it is a warning."""
 DEEP = 0.02
-"""Penetration over the travel of the tool from which on it is a warning."""
+"""Penetration over the travel of the tool, or between layers over their thickness, from which on it is a warning."""
 VISCOUS = 0.01
 """Share of the tools' work that viscosity has taken from which on it is a warning."""
 UNBALANCED = 1e-4
@@ -86,6 +86,18 @@ def _of_contact(results: Results) -> list[Warned]:
         if deep > DEEP * travel > 0:
             words = f"{name}: the fabric penetrates a tool by {short(1e3 * deep)} mm, {100 * deep / travel:.2g} % of "
             found.append(Warned(f"{words}how far it moves.", "about-penetration", anchor(PENETRATION)))
+    return found + _between_layers(results)
+
+
+def _between_layers(results: Results) -> list[Warned]:
+    """Faces of layers that penetrate each other, or the mould, by more than a share of a layer."""
+    thickness, found = results.scene.stack.thickness, []
+    columns = [*results.interface_columns("interface_penetration_max"), "mould_penetration_max"]
+    for name in (column for column in columns if column in results.history):
+        deep = float(np.nanmax(results.history[name]))
+        if deep > DEEP * thickness:
+            words = f"{name}: faces penetrate each other by {short(1e3 * deep)} mm, {100 * deep / thickness:.2g} % of "
+            found.append(Warned(f"{words}a layer.", "about-penetration", anchor(PENETRATION)))
     return found
 
 

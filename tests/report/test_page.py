@@ -128,6 +128,14 @@ def test_warnings_have_explanations(copied):
     assert {link[1:] for link in read.links if link.startswith("#")} <= read.ids
 
 
+def test_layers_that_penetrate_each_other_are_a_warning(copied):
+    read = Results.read(copied)
+    assert not [one for one in warnings(read) if "interface" in one.words]
+    read.history["interface_penetration_max_1"][-1] = 0.05 * read.scene.stack.thickness
+    (found,) = (one for one in warnings(read) if "interface" in one.words)
+    assert found.words == "interface_penetration_max_1: faces penetrate each other by 0.1 mm, 5 % of a layer."
+
+
 def test_cautions_of_a_run_lead_to_what_shows_them(copied):
     cautions = {
         "stability is lost at 3 s (2 negative pivots)": "curve-negative-pivots",

@@ -107,12 +107,12 @@ class Curve {
   draw() {
     this.drawn?.destroy();
     const { x, y, logarithmic } = this.content;
-    const font = document.documentElement.dataset.printing ? "9px system-ui" : "12px system-ui";
-    const text = { stroke: cssValue("--text"), font, labelFont: font, labelSize: 20 };
+    const [font, labelFont] = (document.documentElement.dataset.printing ? [9, 8] : [12, 12]).map((size) => `${size}px system-ui`);
+    const text = { stroke: cssValue("--text"), font, labelFont, labelSize: 20 };
     const rule = { grid: { stroke: cssValue("--rule"), width: 1 }, ticks: { stroke: cssValue("--rule"), width: 1 } };
     const [along, up] = [Boolean(logarithmic), logarithmic === "both"].map((so) => (so ? { distr: 3 } : {}));
     const values = (plot, ticks) => ticks.map((tick) => (tick === null ? "" : shortNumber(tick)));
-    const names = x.names && { values: (plot, ticks) => ticks.map((tick) => x.names[tick - 1] ?? ""), incrs: [1] };
+    const names = x.names && this.namesAlong(x.names);
     const marks = logarithmic ? { splits: (plot, axis, low, high) => ticks(low, high, true) } : {};
     const across = { ...along, ...(x.range ? { range: (plot, low, high) => this.rangeOf(low, high) } : {}) };
     const options = {
@@ -127,6 +127,13 @@ class Curve {
       cursor: { drag: { x: true, y: true } },
     };
     this.drawn = new vendor.uPlot(options, this.data(), this.plot);
+  }
+
+  /* All names below their places; leaning where they are too long to stand beside each other. */
+  namesAlong(names) {
+    const leans = 8 * Math.max(...names.map((name) => name.length)) > (this.size().width - 90) / names.length;
+    const shown = { splits: () => names.map((_, i) => i + 1), values: () => names };
+    return leans ? { ...shown, rotate: -40, size: 26 + 4.5 * Math.max(...names.map((name) => name.length)) } : shown;
   }
 
   /* The whole range with its margins, or what a reader has zoomed in on. */
