@@ -93,8 +93,9 @@ def write_panels(path: Path, title: str, study: Study) -> Path:
 
 
 def _rows(path: Path) -> list[Row]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+    """Rows of a table, without a last one that is just being written."""
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    return list(csv.DictReader(line for line in lines if line.endswith("\n")))
 
 
 def _table(name: str, rows: list[Row]) -> tuple[str, list[str], list[list[str]]]:

@@ -62,7 +62,11 @@ def test_runs_alone_where_a_study_has_not_ended(folder):
     force, _, _ = sweep_panels(ROWS, [])
     assert (force["title"], force["group"]) == ("force [N] over tool.radius [m]", "force [N]")
     assert by_label(force) == {"run": [[0.002, 1.0, "a"], [0.002, 3.0, "c"], [0.004, 2.0, "b"], [0.004, 6.0, "d"]]}
-    assert "not ended" in write_study(folder).read_text("utf-8")
+    with (folder / "rows.csv").open("a", encoding="utf-8") as file:
+        file.write("0.002,kel")  # a row that is just being written
+    shown = write_study(folder).read_text("utf-8")
+    assert "not ended" in shown
+    assert "<td>kel</td>" not in shown
 
 
 def test_effects_have_runs_means_and_shares(folder):
