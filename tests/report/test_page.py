@@ -9,6 +9,7 @@ import pytest
 from program import call
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.report.curves import curves
 from ncf_fenicsx.report.model import encode_model
 from ncf_fenicsx.report.numbers import figures
 from ncf_fenicsx.report.page import write_report
@@ -90,6 +91,20 @@ def test_figures_are_the_largest(results):
     highest = next(column for column in found if column.startswith("wrinkle_height"))
     heights = [read.history[f"wrinkle_height_{layer}"].max() for layer in (1, 2)]
     assert read.history[highest][found[highest].row] == max(heights)
+
+
+def test_the_gap_over_a_mould_is_no_void(copied):
+    read = Results.read(copied)
+    void = {figure.name: figure.value for figure in figures(read)}["Widest void"]
+    read.history["mould_gap_max"] = np.linspace(0.0, 3e-3, read.rows)
+    read.history["mould_void_volume"] = np.linspace(0.0, 2e-8, read.rows)
+    found = {figure.name: figure for figure in figures(read)}
+    assert found["Widest void"].value == void
+    gap = found["Widest gap over the mould"]
+    assert (gap.value, gap.column, gap.row) == ("3 mm", "mould_gap_max", read.rows - 1)
+    assert gap.error == "at 12 s, 20 mm3 between stack and mould; not counted as a void"
+    opening = next(curve for curve in curves(read) if curve["title"] == "Widest opening")
+    assert opening["lines"][-1] == {"column": "mould_gap_max", "label": "stack and mould"}
 
 
 def test_the_sentence_tells_the_case(results):

@@ -178,6 +178,7 @@ def test_a_cut_is_a_plane_that_goes_through_cells(page, axis, share, place, area
     lowest, found = page.driver.execute_async_script(SECTION, axis)
     assert 1e3 * lowest == pytest.approx(place, rel=1e-4)
     assert 1e6 * found == pytest.approx(area, rel=1e-4)
+    assert page.complaints() == []
 
 
 def test_a_cut_follows_the_slider_within_a_cell(page):
