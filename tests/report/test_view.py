@@ -215,6 +215,30 @@ def test_sections_follow_the_field_and_are_its_means_through_a_layer(page, resul
             assert np.allclose(table[:, layer], mesh.cell_data[field][0][here], rtol=1e-4)
 
 
+def test_curves_through_the_stack_are_those_of_the_chosen_places(page, results):
+    click = (
+        "const c = document.querySelector('.view canvas'), box = c.getBoundingClientRect();"
+        "const [x, y, shiftKey] = arguments;"
+        "c.dispatchEvent(new MouseEvent('click',"
+        "  {clientX: box.left + x * box.width, clientY: box.top + y * box.height, shiftKey}));"
+    )
+    page.run(click, 0.42, 0.5, False)
+    page.run(click, 0.6, 0.5, True)
+    mesh = meshio.read(results / Results.read(results).snapshots[-1][1])
+    middle = 1e3 * mesh.points[mesh.cells_dict["hexahedron"]].mean(axis=1)
+    rows = list(csv.reader(io.StringIO(page.run(f"{CURVE}.csv()", "Fibre volume fraction through the stack"))))
+    table = np.array(rows[1:], dtype=float)
+    assert len(rows[0]) == 3
+    assert rows[0][1] != rows[0][2]
+    for number, label in enumerate(rows[0][1:], start=1):
+        at = [float(part) for part in re.fullmatch(r"at (\S+), (\S+) mm", label).groups()]
+        here = np.flatnonzero(np.hypot(*(middle[:, :2] - at).T) < 1e-2)
+        here = here[np.argsort(middle[here, 2])]
+        assert np.allclose(table[:, number], mesh.cell_data["volume_fraction"][0][here], atol=1e-5)
+    page.run(click, 0.42, 0.5, False)
+    assert len(page.run(f"{CURVE}.csv()", "Fibre volume fraction through the stack").splitlines()[0].split('","')) == 2
+
+
 def test_controls_change_the_picture(page):
     seen = {picture(page)}
     for control, value in (("scale", 6), ("apart", 15)):

@@ -152,9 +152,10 @@ class Curve {
   }
 
   update(content) {
-    const { y } = this.content;
+    const written = () => [this.content.y, ...this.content.lines.map((line) => line.label)].join("|");
+    const before = written();
     this.content = { ...this.content, ...content };
-    if (this.content.y !== y) this.draw();
+    if (written() !== before) this.draw();
     this.caption.textContent = this.content.title;
     this.drawn.setData(this.data());
   }

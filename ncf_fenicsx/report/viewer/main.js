@@ -78,7 +78,7 @@ class Views {
         this.tell(frame, view, ...this.place(event, canvas));
       });
     };
-    canvas.onclick = (event) => this.choose(number, ...this.place(event, canvas));
+    canvas.onclick = (event) => this.choose(number, event.shiftKey, ...this.place(event, canvas));
   }
 
   place(event, canvas) {
@@ -91,7 +91,7 @@ class Views {
     const actions = { "+": () => view.zoom(0.9), "-": () => view.zoom(1.1), 0: () => this.fit() };
     actions.Enter = () => {
       this.tell(frame, view, 0, 0);
-      this.choose(number, 0, 0);
+      this.choose(number, event.shiftKey, 0, 0);
     };
     if (turns[event.key]) view.turn(...turns[event.key]);
     else if (actions[event.key]) actions[event.key]();
@@ -111,11 +111,11 @@ class Views {
       : "";
   }
 
-  choose(number, x, y) {
+  choose(number, beside, x, y) {
     const view = this.views[number];
     const found = view.read(x, y);
     if (!found) return;
-    this.profiles[number].choose([view.centre(found.cell, 0), view.centre(found.cell, 1)]);
+    this.profiles[number].choose([view.centre(found.cell, 0), view.centre(found.cell, 1)], beside);
     this.profiles[number].show(this.stepOf(view.model), $("field").value);
   }
 
