@@ -216,13 +216,15 @@ def calibrate_command(
     title: Annotated[str, typer.Option(help="Name of the fabric.")] = "calibrated fabric",
     out: Annotated[Path | None, typer.Option(metavar="FABRIC.toml", help="Write the fabric there.")] = None,
     picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the laws over the data there.")] = None,
+    page: Annotated[Path | None, typer.Option(metavar="FILE.html", help="A page of the fit.")] = None,
     check: Annotated[bool, typer.Option(help="Simulate the tests with the fitted fabric; exit code 1 if off.")] = False,
 ) -> None:
     """Fit laws to the files of testing machines, with errors; a fabric file with the source of each number."""
     from ncf_fenicsx.calibration.command import Order, carry_out
 
     machine = {"compliance": compliance, "slack": slack}
-    order = Order(files, laws or [], given or [], free or [], fixed or [], machine, weight, title, out, picture, check)
+    wishes = (files, laws or [], given or [], free or [], fixed or [], machine, weight)
+    order = Order(*wishes, title, out, picture, check, page)
     words, holds = carry_out(order)
     say(words)
     raise typer.Exit(DONE if holds else STOPPED)

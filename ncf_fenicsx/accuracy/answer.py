@@ -89,6 +89,10 @@ class Answer:
                 changes = (*changes, size * VfField(self.levels[-1].folder).off(field, rest))
         return replace(self, levels=(*self.levels, level), changes=changes, size=size)
 
+    def until(self, number: int) -> Answer:
+        """What the levels up to one told, counted from 0; the change of the field from rest is that of the last."""
+        return replace(self, levels=self.levels[: number + 1], changes=self.changes[:number])
+
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
         """Of each quantity, in SI; empty before the first level."""

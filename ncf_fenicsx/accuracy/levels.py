@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import meshio
-
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.stack_mesh import focus_of
-from ncf_fenicsx.report.reading import read_snapshots
+from ncf_fenicsx.report.reading import read_fields, read_snapshots
 from ncf_fenicsx.report.side_view import varies_along_y
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
@@ -129,7 +127,7 @@ def learn(scene: Scene, folder: Path) -> bool:
     """
     if not is_endless_along_y(scene) or is_uniform_along_y(scene):
         return False
-    mesh = meshio.read(folder / read_snapshots(folder)[-1][1])
+    mesh = read_fields(folder / read_snapshots(folder)[-1][1])
     return not varies_along_y(mesh, FLAT)
 
 

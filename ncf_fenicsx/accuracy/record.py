@@ -11,8 +11,10 @@ from ncf_fenicsx.accuracy.answer import Answer, bar_words, words_of
 from ncf_fenicsx.accuracy.quantities import QUANTITIES
 from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.output.safe_files import replace
-from ncf_fenicsx.report.page import write_report
+from ncf_fenicsx.report.closing import drawn_or_told
+from ncf_fenicsx.report.page import PAGE, write_report
 from ncf_fenicsx.report.reading import read_record
+from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene.settings import Accuracy, Output
 
@@ -47,29 +49,36 @@ def _quantity(answer: Answer, name: str) -> dict[str, Any]:
     one = answer.estimates[name]
     numbers = {"value": one.value, "bar": one.bar, "relative_bar": one.relative, "order": one.order, "limit": one.limit}
     known = {key: value if math.isfinite(value) else None for key, value in numbers.items()}
+    shown = {"unit": QUANTITIES[name].unit, "factor_to_unit": QUANTITIES[name].factor}
     words = {"title": QUANTITIES[name].title, "words": words_of(name, one), "bar_words": bar_words(name, one)}
-    return known | {"levels": one.levels, "basis": one.basis.value} | words
+    return known | {"levels": one.levels, "basis": one.basis.value} | shown | words
 
 
 def _level(answer: Answer, number: int) -> dict[str, Any]:
     level = answer.levels[number]
     cost = {"unknowns": level.cost.unknowns, "seconds": level.cost.seconds, "peak_memory_mb": level.cost.memory / 1e6}
     changed = {"vf_field_change": answer.changes[number - 1]} if number and answer.changes else {}
-    return {"level": level.number, **cost, "values": level.values, **changed, "stability_lost_at": level.lost}
+    bars = {name: one.bar if math.isfinite(one.bar) else None for name, one in answer.until(number).estimates.items()}
+    found = {"values": level.values, "bars": bars, **changed, "stability_lost_at": level.lost}
+    return {"level": level.number, **cost, **found}
 
 
-def show_in(folder: Path, record: dict[str, Any], output: Output) -> None:
-    """Put the error bars of a sequence into the record of a run, and draw what its scene asks for.
+def show_in(finest: Path, record: dict[str, Any], output: Output) -> list[str]:
+    """Put the error bars of a sequence into the record of its finest run, and draw what its scene asks for of both.
+
+    Returns:
+        What could not be drawn.
 
     Raises:
-        ResultError: they cannot be written.
+        ResultError: the record cannot be written.
     """
     shown = {key: record[key] for key in ("asked", "met", "ending", "quantities", "different_branches")}
-    _write(folder / "run.json", read_record(folder) | {"accuracy": shown})
-    if output.picture:
-        draw_summary(folder)
+    _write(finest / "run.json", read_record(finest) | {"accuracy": shown})
+    wanted = {"summary.png": draw_summary} if output.picture else {}
     if output.report:
-        write_report(folder)
+        wanted[PAGE] = write_report
+    of_all = {PAGE: write_study} if output.report else {}
+    return drawn_or_told(finest, wanted) + drawn_or_told(finest.parent, of_all)
 
 
 def _write(path: Path, record: dict[str, Any]) -> None:

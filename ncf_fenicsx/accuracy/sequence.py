@@ -243,6 +243,7 @@ class Sequence:
         if self.answer.levels:
             folder = self.answer.levels[-1].folder
             record = on_root(self.comm, lambda: self._write((done, reason)))
-            on_root(self.comm, lambda: show_in(folder, record, self.scene.output))
+            for words in on_root(self.comm, lambda: show_in(folder, record, self.scene.output)):
+                say(f"caution: {words}")
             say("\n" + "\n".join(self.answer.lines))
         return Result(done, reason, folder, history)

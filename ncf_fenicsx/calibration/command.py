@@ -12,6 +12,7 @@ from ncf_fenicsx.calibration import check as checking
 from ncf_fenicsx.calibration.calibrate import Wishes, calibrate, wished_kinds
 from ncf_fenicsx.calibration.fabric_writer import fabric_table, in_words, to_toml
 from ncf_fenicsx.calibration.fitting import MACHINE, Weight
+from ncf_fenicsx.calibration.page import write_page
 from ncf_fenicsx.calibration.plots import draw, panels
 from ncf_fenicsx.calibration.specimens import Machine, given_values
 from ncf_fenicsx.errors import SceneError
@@ -34,6 +35,7 @@ class Order:
     out: Path | None
     picture: Path | None
     check: bool
+    page: Path | None = None
 
 
 def carry_out(order: Order) -> tuple[str, bool]:
@@ -44,7 +46,7 @@ def carry_out(order: Order) -> tuple[str, bool]:
     """
     if MPI.COMM_WORLD.size > 1:
         raise SceneError(f"calibrate: on {MPI.COMM_WORLD.size} ranks; expected one, without mpirun")
-    for option, path, suffix in (("--out", order.out, ".toml"), ("--picture", order.picture, ".png")):
+    for option, path, suffix in _files(order):
         if path is not None and (path.suffix != suffix or not path.parent.is_dir()):
             raise SceneError(f"{option} {path}: expected a file that ends with {suffix}, in a folder that exists")
     made = calibrate(order.files, given_values(order.given), _wishes(order))
@@ -59,7 +61,14 @@ def carry_out(order: Order) -> tuple[str, bool]:
         replace(order.out, lambda path: _write(path, text))
     if order.picture is not None:
         replace(order.picture, lambda path: draw(panels(made), path))
+    if order.page is not None:
+        write_page(order.page, order.title, words, panels(made))
     return words, holds
+
+
+def _files(order: Order) -> list[tuple[str, Path | None, str]]:
+    """Options that name a file, with its name and how that has to end."""
+    return [("--out", order.out, ".toml"), ("--picture", order.picture, ".png"), ("--page", order.page, ".html")]
 
 
 def _write(path: Path, text: str) -> None:

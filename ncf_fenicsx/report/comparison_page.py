@@ -9,7 +9,7 @@ from typing import Any
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.markup import element, table
 from ncf_fenicsx.report.numbers import ending, figures
-from ncf_fenicsx.report.page import CURVES, run_data, spare, view, write_page
+from ncf_fenicsx.report.page import places, run_data, spare, view, write_page
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.sentence import sentence
 
@@ -35,7 +35,7 @@ def write_comparison(folders: Sequence[Path], path: Path) -> Path:
     names = _names(folders)
     main = element("section", _overview(runs, names) + _inputs(runs, names), aria_label="Overview")
     unseen = '<div id="fallback"><p id="no-view" role="status"></p></div>'
-    main += view(len(runs), unseen) + CURVES
+    main += view(len(runs), unseen) + places()
     each = spare(main) // len(runs)
     drawn = [run_data(results, each) | {"name": name} for results, name in zip(runs, names, strict=True)]
     return write_page(path, "Comparison of " + ", ".join(names), main, drawn)

@@ -8,9 +8,18 @@ from typing import Any
 import numpy as np
 
 from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.report.error_bars import FORCE, VF, VOIDS, WORK, WRINKLES, bars, with_errors
 from ncf_fenicsx.report.reading import Results
 
 MM, KPA = 1e3, 1e-3
+
+ERRORS, PIVOTS, PENETRATION, STEP_SIZES = (
+    "Estimated errors and shares",
+    "Negative pivots",
+    "Deepest penetration",
+    "Size of the steps",
+)
+"""Titles of curves that warnings point to."""
 
 Lines = list[tuple[str, str]]
 """Columns of the history with their labels."""
@@ -27,20 +36,20 @@ def curves(results: Results) -> list[dict[str, Any]]:
     widths += [(numbered("contact_length", n), f"along y, tool {n + 1}") for n in tools]
     at, waves = partial(_by_interface, results), partial(_by_layer, results)
     found = [
-        _curve("Force", "N", 1, forces),
-        _curve("Vf in the stack", "1", 1, [("vf_min", "smallest"), ("vf_mean", "mean"), ("vf_max", "largest")]),
+        _curve(FORCE, "N", 1, forces),
+        _curve(VF, "1", 1, [("vf_min", "smallest"), ("vf_mean", "mean"), ("vf_max", "largest")]),
         _curve("Mean Vf of the layers", "1", 1, layers),
         _curve("Largest contact pressure", "kPa", KPA, pressures),
         _curve("Extent of the contact", "mm", MM, widths),
-        _curve("Widest opening", "mm", MM, at("gap_max")),
-        _curve("Volume of the voids", "mm3", 1e9, at("void_volume")),
+        _curve("Widest opening", "mm", MM, [*at("gap_max"), ("mould_gap_max", "stack and mould")]),
+        _curve(VOIDS, "mm3", 1e9, [*at("void_volume"), ("mould_void_volume", "stack and mould")]),
         _curve("Largest slip of layers", "mm", MM, at("slip_max")),
-        _curve("Height of wrinkles", "mm", MM, waves("wrinkle_height")),
+        _curve(WRINKLES, "mm", MM, waves("wrinkle_height")),
         _curve("Wavelength of wrinkles", "mm", MM, waves("wrinkle_wavelength")),
-        _curve("Deepest penetration", "mm", MM, depths + at("interface_penetration_max")),
-        _curve("Work", "J", 1, [("tool_work", "of the tools"), ("tool_work_error", "its error by the steps")]),
+        _curve(PENETRATION, "mm", MM, depths + at("interface_penetration_max")),
+        _curve(WORK, "J", 1, [("tool_work", "of the tools")]),
         _curve(
-            "Estimated errors and shares",
+            ERRORS,
             "1",
             1,
             [
@@ -50,19 +59,24 @@ def curves(results: Results) -> list[dict[str, Any]]:
                 ("viscous_share", "viscous share"),
             ],
         ),
-        _curve("Negative pivots", "1", 1, [("negative_pivots", "negative pivots")]),
+        _curve(PIVOTS, "1", 1, [("negative_pivots", "negative pivots")]),
         _curve("Iterations and cuts", "1", 1, [("newton_iterations", "iterations"), ("step_cuts", "cuts")]),
-        _curve("Size of the steps", "s", 1, [("time_step", "step")]),
+        _curve(STEP_SIZES, "s", 1, [("time_step", "step")]),
         _curve("Run time", "s", 1, [("wall_time", "wall time")]),
     ]
-    history = results.history
+    history, known = results.history, bars(results)
     present = [one | {"lines": [line for line in one["lines"] if line["column"] in history]} for one in found]
-    return [one for one in present if one["lines"]] + permeabilities(results)
+    return [with_errors(one, results, known) for one in present if one["lines"]] + permeabilities(results)
 
 
 def _curve(title: str, unit: str, scale: float, lines: Lines) -> dict[str, Any]:
     drawn = [{"column": column, "label": label} for column, label in lines]
-    return {"title": title, "unit": unit, "scale": scale, "lines": drawn, "table": "history"}
+    return {"id": anchor(title), "title": title, "unit": unit, "scale": scale, "lines": drawn, "table": "history"}
+
+
+def anchor(title: str) -> str:
+    """Where on a page the curve of that title is."""
+    return "curve-" + "-".join(title.lower().split())
 
 
 def _by_interface(results: Results, name: str) -> Lines:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from ncf_fenicsx.report.markup import element, text
-from ncf_fenicsx.report.numbers import EXPLAINED, Figure, ending, figures, warnings
+from ncf_fenicsx.report.numbers import Figure, ending, figures
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.sentence import sentence
+from ncf_fenicsx.report.warnings import EXPLAINED, Warned, warnings
 
 
 def screen(results: Results) -> str:
@@ -18,11 +19,17 @@ def screen(results: Results) -> str:
         body = "".join(_row(figure) for figure in found)
         head = "<thead><tr><th scope=col>Number</th><th scope=col>Value</th><th scope=col>How sure</th></tr></thead>"
         inner += f'<table class="figures"><caption>The numbers that matter</caption>{head}<tbody>{body}</tbody></table>'
-    found_warnings = warnings(results)
-    if found_warnings:
-        items = "".join(element("li", element("a", text(one.words), href=f"#{one.about}")) for one in found_warnings)
-        inner += element("h2", "To mind") + element("ul", items, class_="warnings")
+    minded = warnings(results)
+    if minded:
+        inner += element("h2", "To mind") + element("ul", "".join(map(_warning, minded)), class_="warnings")
     return element("section", inner, aria_label="Overview")
+
+
+def _warning(one: Warned) -> str:
+    """A warning that leads to what shows it, with a link to what it means."""
+    shown = element("a", text(one.words), href=f"#{one.place}")
+    about = "" if one.place == one.about else " " + element("a", "What it means", href=f"#{one.about}", class_="about")
+    return element("li", shown + about)
 
 
 def _row(figure: Figure) -> str:

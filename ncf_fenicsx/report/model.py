@@ -3,63 +3,95 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.report import encoding
+from ncf_fenicsx.report.decimation import merged
 from ncf_fenicsx.report.reading import Results
-from ncf_fenicsx.report.surfaces import Integers, Layers, lines_under, mirrors, neighbours, rigid_surfaces
+from ncf_fenicsx.report.surfaces import Floats, Integers, Layers, lines_under, mirrors, neighbours, rigid_surfaces
+from ncf_fenicsx.report.thinning import evenly
 
 LEAST_PRESSURE = 1e-3
 """Pressure over the largest one from which on a place is drawn as pressed."""
 BESIDE = 4
 """Nodes that are drawn beside the pressed part of a line."""
+FEW_STEPS = 8
+"""Steps below which cells are made larger before more steps are left out."""
 MOST_VALUES = 40_000_000
 """Values of fields that are read at most: more would take more memory than small runs do."""
 
 
-def encode_model(results: Results, most_bytes: int) -> dict[str, Any] | None:
+@dataclass(frozen=True)
+class Thinned:
+    """A run's fields as far as a page has room for them.
+
+    Attributes:
+        layers: mesh and fields at the steps that are left.
+        columns: of the permeability at these steps, of the whole mesh.
+        nodes: number of each node in the field files.
+        merged: cells along x and along y that have become one.
+    """
+
+    layers: Layers
+    columns: dict[str, Floats]
+    nodes: Integers
+    merged: int = 1
+
+    def at(self, kept: list[int]) -> Thinned:
+        """Some of the steps."""
+        layers = self.layers
+        nodes = {name: values[kept] for name, values in layers.nodes.items()}
+        by_cell = {name: values[kept] for name, values in layers.by_cell.items()}
+        fewer = replace(layers, times=layers.times[kept], nodes=nodes, by_cell=by_cell)
+        return replace(self, layers=fewer, columns={name: values[kept] for name, values in self.columns.items()})
+
+    def coarser(self) -> Thinned | None:
+        """Two by two cells as one; None where that cannot be."""
+        found = merged(self.layers)
+        if found is None:
+            return None
+        layers, kept = found
+        return replace(self, layers=layers, nodes=self.nodes[kept], merged=2 * self.merged)
+
+
+def encode_model(results: Results, most_bytes: int) -> dict[str, Any]:
     """Mesh, fields, tools and lines of a run as JSON.
+
+    Steps are left out until it is small enough; where fewer than `FEW_STEPS` would be left, cells become larger first.
 
     Args:
         results: of the run.
-        most_bytes: what it may take; steps are left out until it does.
+        most_bytes: what it may take.
 
     Returns:
-        None without a field file, or where not even two steps fit.
+        Under ``why_not`` why there is none: no field file, or not even two steps of the coarsest mesh fit.
     """
     if not results.snapshots or not results.rows:
-        return None
+        return {"why_not": "There are no fields to draw."}
     count = len(results.snapshots)
     first = Layers.read(results, [0])
     values = sum(part.size for part in (*first.nodes.values(), *first.by_cell.values()))
-    chosen = evenly(count, max(MOST_VALUES // values, 2))
-    layers = Layers.read(results, chosen)
+    layers = Layers.read(results, evenly(count, max(MOST_VALUES // values, 2)))
+    left = Thinned(layers, _snapshot_columns(layers), np.arange(len(layers.points)))
+    few = min(FEW_STEPS, len(layers.times))
     while True:
-        model = _encoded(results, layers)
-        size = len(json.dumps(model))
+        model = _encoded(results, left)
+        size, steps = len(json.dumps(model)), len(left.layers.times)
         if size <= most_bytes:
             return model | {"steps_of_run": count}
-        if len(layers.times) <= 2:
-            return None
-        fewer = max(min(int(0.95 * len(layers.times) * most_bytes / size), len(layers.times) - 1), 2)
-        layers = _thinned(layers, evenly(len(layers.times), fewer))
+        fewer = max(min(int(0.95 * steps * most_bytes / size), steps - 1), 2)
+        coarser = left.coarser() if fewer < few else None
+        if coarser is None and steps <= 2:
+            return {"why_not": f"The fields of this run take too much room for a page: {len(layers.cells)} cells."}
+        left = left.at(evenly(steps, fewer)) if coarser is None else coarser
 
 
-def evenly(count: int, most: int) -> list[int]:
-    """Numbers of at most so many of ``count`` steps, the first and the last among them."""
-    return sorted({int(number) for number in np.linspace(0, count - 1, min(count, most)).round()})
-
-
-def _thinned(layers: Layers, kept: list[int]) -> Layers:
-    nodes = {name: values[kept] for name, values in layers.nodes.items()}
-    by_cell = {name: values[kept] for name, values in layers.by_cell.items()}
-    return Layers(layers.points, layers.cells, layers.layer, layers.times[kept], nodes, by_cell)
-
-
-def _encoded(results: Results, layers: Layers) -> dict[str, Any]:
+def _encoded(results: Results, left: Thinned) -> dict[str, Any]:
+    layers = left.layers
     surfaces = rigid_surfaces(results, layers)
     return {
         "points": encoding.numbers(layers.points.astype(np.float32)),
@@ -67,6 +99,8 @@ def _encoded(results: Results, layers: Layers) -> dict[str, Any]:
         "neighbours": encoding.table(neighbours(layers.cells, layers.layer)),
         "layer": encoding.table(layers.layer[:, None]),
         "layers": results.scene.stack.layers,
+        "merged": left.merged,
+        "node_numbers": encoding.table(left.nodes[:, None]) if left.merged > 1 else None,
         "times": layers.times.tolist(),
         "nodes": {name: encoding.series(values) for name, values in layers.nodes.items()},
         "by_cell": {name: encoding.series(values) for name, values in layers.by_cell.items()},
@@ -81,7 +115,7 @@ def _encoded(results: Results, layers: Layers) -> dict[str, Any]:
             for one in surfaces
         ],
         "lines": _lines(results, layers, surfaces),
-        "snapshot_columns": _snapshot_columns(layers),
+        "snapshot_columns": {name: values.tolist() for name, values in left.columns.items()},
         "place": _place(layers, surfaces),
     }
 
@@ -118,15 +152,15 @@ def pressed(line: Integers, pressure: NDArray[np.float32]) -> Integers:
     return line[max(touched[0] - BESIDE, 0) : touched[-1] + BESIDE + 1]
 
 
-def _snapshot_columns(layers: Layers) -> dict[str, list[float]]:
+def _snapshot_columns(layers: Layers) -> dict[str, Floats]:
     """Smallest, mean and largest permeability of each step in m2, the mean by undeformed volume."""
     columns = {}
     volumes = layers.volumes()
     for name, values in layers.by_cell.items():
         if name.startswith("permeability"):
-            columns[f"{name}_min"] = values.min(axis=1).astype(float).tolist()
-            columns[f"{name}_mean"] = (values @ volumes / volumes.sum()).astype(float).tolist()
-            columns[f"{name}_max"] = values.max(axis=1).astype(float).tolist()
+            columns[f"{name}_min"] = values.min(axis=1).astype(float)
+            columns[f"{name}_mean"] = (values @ volumes / volumes.sum()).astype(float)
+            columns[f"{name}_max"] = values.max(axis=1).astype(float)
     return columns
 
 

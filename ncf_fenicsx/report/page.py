@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ COLOUR_BYTES = 2000
 MOST_ROWS = 200
 """Rows of the table of the history."""
 VIEWER = Path(__file__).parent / "viewer"
-RUN_SCRIPTS = ("vendor", "decode", "geometry", "view", "curve", "profiles", "history", "main")
+RUN_SCRIPTS = ("vendor", "decode", "geometry", "view", "picture", "curve", "profiles", "history", "main")
 """Files of the viewer that a page of runs needs, in their order."""
 RULES = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """What a browser lets the page do: nothing that leaves it."""
@@ -39,7 +40,8 @@ def write_report(folder: Path) -> Path:
         ResultError: the page cannot be written.
     """
     results = Results.read(folder)
-    main = first_screen.screen(results) + view(1, _fallback(results)) + CURVES
+    found = curves(results) if results.rows else []
+    main = first_screen.screen(results) + view(1, _fallback(results)) + places([one["id"] for one in found])
     main += first_screen.explanations() + _history(results) + repeat.section(results)
     return write_page(folder / PAGE, results.scene.title, main, [run_data(results, spare(main))])
 
@@ -113,13 +115,16 @@ def view(number: int, fallback: str) -> str:
     )
     controls = (VIEWER / "controls.html").read_text(encoding="utf-8")
     drawn = element("div", element("div", canvases, class_="views") + controls, id="view", hidden="")
-    return element("section", element("h2", "The stack in 3-D") + fallback + drawn, aria_label="3-D view")
+    heading = element("h2", "The stack in 3-D", id="view-of-the-stack")
+    return element("section", heading + fallback + drawn, aria_label="3-D view")
 
 
-CURVES = (
-    '<section aria-label="Curves"><h2>Curves</h2><p class="row"><label>Over <select id="over"></select></label></p>'
-    '<div id="curves"></div><p id="flat" class="note"></p></section>'
-)
+def places(anchors: Sequence[str] = ()) -> str:
+    """The section of curves, which the scripts draw: those with an anchor in its figure, the others after them."""
+    figures = "".join(element("figure", "", id=one) for one in anchors)
+    over = '<p class="row"><label>Over <select id="over"></select></label></p>'
+    drawn = f'<div id="curves">{figures}</div><p id="flat" class="note"></p>'
+    return element("section", f"<h2>Curves</h2>{over}{drawn}", aria_label="Curves")
 
 
 def _history(results: Results) -> str:

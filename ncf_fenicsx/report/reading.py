@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import tomllib
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 from xml.etree import ElementTree
 
+import meshio
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
@@ -38,6 +40,18 @@ def read_snapshots(folder: Path) -> list[tuple[float, str]]:
     """Times in s and names of the field files of a results folder."""
     entries = ElementTree.parse(folder / "fields.pvd").getroot().iter("DataSet")
     return [(float(entry.attrib["timestep"]), entry.attrib["file"]) for entry in entries]
+
+
+def read_fields(path: Path) -> meshio.Mesh:
+    """Mesh and fields of a field file.
+
+    Raises:
+        SceneError: it cannot be read.
+    """
+    try:
+        return meshio.vtu.read(path)  # meshio.read would end the program
+    except (OSError, ValueError, KeyError, SyntaxError, zlib.error, meshio.ReadError) as error:
+        raise SceneError(f"{path}: cannot be read: {error}; expected a field file of a run") from error
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,8 @@ def section(results: Results) -> str:
     for name, title in ((WRITTEN, "The scene as written"), ("scene.toml", "The scene with all defaults, in SI units")):
         path = results.folder / name
         if path.is_file():
-            inner += folded(title, element("pre", text(path.read_text(encoding="utf-8")), tabindex=0))
+            written = text(path.read_text(encoding="utf-8"))
+            inner += folded(title, element("pre", written, tabindex=0, id=f"file-{path.stem}"))
     return element("section", inner, aria_label="To repeat it", class_="screen-only")
 
 

@@ -7,15 +7,15 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.output.safe_files import replace
 from ncf_fenicsx.report import tool_places
-from ncf_fenicsx.report.reading import read_history, read_record, read_snapshots
+from ncf_fenicsx.report.reading import read_fields, read_history, read_record, read_snapshots
 from ncf_fenicsx.report.sections import (
     KPA,
     MM,
@@ -36,11 +36,15 @@ WIDTH, SECTION_WIDTH = 13.0, 11.0
 
 
 def draw_summary(folder: Path) -> Path:
-    """Draw ``summary.png`` of a results folder."""
+    """Draw ``summary.png`` of a results folder.
+
+    Raises:
+        ResultError: it cannot be written.
+    """
     scene = Scene.from_table(tomllib.loads((folder / "scene.toml").read_text(encoding="utf-8")))
     history, record = read_history(folder / "history.csv"), read_record(folder)
     snapshots = _shown(scene, read_snapshots(folder))
-    meshes = [meshio.read(folder / file) for _, file in snapshots]
+    meshes = [read_fields(folder / file) for _, file in snapshots]
     heights = float(meshes[0].points[:, 2].min()), float(meshes[0].points[:, 2].max())
     tips = [tool_places.tips(scene, history, heights, time) for time, _ in snapshots]
     wrinkle = record.get("wrinkle_measures")
@@ -64,7 +68,7 @@ def draw_summary(folder: Path) -> Path:
     if in_space:
         skin = draw_side_view(axes["space"], meshes[-1], scene, tips[-1][: len(scene.tool)])
         figure.colorbar(skin, ax=axes["space"], label="risen by (mm)", shrink=0.6, panchor=(0.5, 0.5))
-    FigureCanvasAgg(figure).print_png(folder / "summary.png")
+    replace(folder / "summary.png", FigureCanvasAgg(figure).print_png)
     return folder / "summary.png"
 
 

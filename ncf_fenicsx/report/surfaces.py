@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.report import tool_places
-from ncf_fenicsx.report.reading import Results
+from ncf_fenicsx.report.reading import Results, read_fields
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -47,7 +46,7 @@ class Layers:
         nodes: dict[str, list[Any]] = {}
         by_cell: dict[str, list[Any]] = {}
         for number in chosen:
-            mesh = meshio.vtu.read(results.folder / results.snapshots[number][1])
+            mesh = read_fields(results.folder / results.snapshots[number][1])
             for name, values in mesh.point_data.items():
                 parts = [(name, values)] if values.ndim == 1 else zip(_along(name), values.T, strict=True)
                 for part, column in parts:

@@ -10,6 +10,8 @@ import numpy as np
 from rich.progress import track
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.report.closing import drawn_or_told
+from ncf_fenicsx.report.page import PAGE
 from ncf_fenicsx.report.reading import read_history
 from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
@@ -72,8 +74,9 @@ class ErrorTime:
         Table(self.folder / "error_time.csv", (*COLUMNS, *ERRORS), ("method", "level")).write(rows)
         title = f"{scene.title}: error against run time, {machine()}"
         draw_work_precision(rows, title, self.folder / "error_time.png")
-        write_study(self.folder)
-        return f"{advice(rows)}\ntables, picture and page in {self.folder}"
+        told = drawn_or_told(self.folder, {PAGE: write_study})
+        words = [advice(rows), *(f"caution: {one}" for one in told), f"tables, picture and page in {self.folder}"]
+        return "\n".join(words)
 
     @property
     def _runs(self) -> Table:

@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.report.reading import read_snapshots
+from ncf_fenicsx.report.reading import read_fields, read_snapshots
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -52,7 +51,7 @@ class VfField:
     """
 
     def __init__(self, folder: Path) -> None:
-        mesh = meshio.read(folder / read_snapshots(folder)[-1][1])
+        mesh = read_fields(folder / read_snapshots(folder)[-1][1])
         cells = mesh.cells_dict["hexahedron"]
         corners = mesh.points[cells]
         self.low, self.high = corners.min(axis=1), corners.max(axis=1)

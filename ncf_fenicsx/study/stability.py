@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.report.closing import drawn_or_told
+from ncf_fenicsx.report.page import PAGE
 from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.study.launch import chosen
@@ -33,8 +35,8 @@ def study_stability(scene: Scene, runner: Runner, axes: list[str] | None = None)
     order = {(case.axis, case.value): number for number, case in enumerate(cases)}
     rows = sorted((row for row in rows if (row["axis"], row["value"]) in order), key=lambda row: order[_key(row)])
     draw_map(rows, f"{scene.title}: how far it can be pushed", runner.folder / "stability.png")
-    write_study(runner.folder)
-    return f"{summary(rows)}; table, map and page in {runner.folder}"
+    told = drawn_or_told(runner.folder, {PAGE: write_study})
+    return "\n".join([f"{summary(rows)}; table, map and page in {runner.folder}", *(f"caution: {one}" for one in told)])
 
 
 def _key(row: Row) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ncf_fenicsx.report.study_page import ERRORS, LEAST, front
+from ncf_fenicsx.report.study_panels import ERRORS, LEAST, front
 from ncf_fenicsx.study.table import Row
 
 MARKERS = "osD^v<>PX*hp"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +11,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ncf_fenicsx.sweeps.effects import Effect, effect, effects
+from ncf_fenicsx.sweeps.effects import Effect, effects
 from ncf_fenicsx.sweeps.estimates import Estimates
 from ncf_fenicsx.sweeps.inputs import Input, Point, number_of
+from ncf_fenicsx.sweeps.interactions import interactions
 from ncf_fenicsx.sweeps.outcomes import Measure
 from ncf_fenicsx.sweeps.samples import Samples
 
 Floats = NDArray[np.float64]
-MOST_PAIRS = 15
-"""Pairs of inputs that are drawn."""
 
 
 def draw_effects(inputs: list[Input], samples: Samples, measures: list[Measure], path: Path) -> None:
@@ -41,19 +39,16 @@ def draw_effects(inputs: list[Input], samples: Samples, measures: list[Measure],
 
 def draw_interactions(inputs: list[Input], samples: Samples, measure: Measure, path: Path) -> None:
     """Draw means over one input, a line for each level of another: parallel where the two do not interact."""
-    pairs = list(combinations(range(len(inputs)), 2))[:MOST_PAIRS]
-    wide = min(len(pairs), 3)
-    figure = Figure(figsize=(4.4 * wide, 3.4 * -(-len(pairs) // wide)), layout="constrained")
-    fields: Any = figure.subplots(-(-len(pairs) // wide), wide, squeeze=False).ravel()
-    parts, values = samples.of(inputs), samples.values[measure.heading]
-    for axes, (first, second) in zip(fields, pairs, strict=False):
-        for label, chosen in _groups(parts[second]):
-            own = [level for level, so in zip(parts[first], chosen, strict=True) if so]
-            if np.isfinite(values[chosen]).any():
-                _draw_means(axes, inputs[first], effect(inputs[first], own, values[chosen]), None, label)
-        axes.legend(title=_heading(inputs[second]), fontsize=7, title_fontsize=8, frameon=False)
-        axes.set(xlabel=_heading(inputs[first]), ylabel=f"{measure.words}{_unit(measure)}")
-    for spare in fields[len(pairs) :]:
+    found = interactions(inputs, samples, measure.heading)
+    wide = min(len(found), 3)
+    figure = Figure(figsize=(4.4 * wide, 3.4 * -(-len(found) // wide)), layout="constrained")
+    fields: Any = figure.subplots(-(-len(found) // wide), wide, squeeze=False).ravel()
+    for axes, pair in zip(fields, found, strict=False):
+        for label, drawn in pair.effects.items():
+            _draw_means(axes, pair.first, drawn, None, label)
+        axes.legend(title=_heading(pair.second), fontsize=7, title_fontsize=8, frameon=False)
+        axes.set(xlabel=_heading(pair.first), ylabel=f"{measure.words}{_unit(measure)}")
+    for spare in fields[len(found) :]:
         spare.remove()
     FigureCanvasAgg(figure).print_png(path)
 
@@ -129,16 +124,6 @@ def _places(levels: list[Point]) -> Floats:
         return numbers
     order = {level: place for place, level in enumerate(sorted(set(levels)))}
     return np.array([float(order[level]) for level in levels])
-
-
-def _groups(levels: list[Point]) -> list[tuple[str, NDArray[np.bool_]]]:
-    """Runs of each value of an input, or of its lower and upper half where it has many."""
-    different = sorted(set(levels), key=lambda level: (number_of(level[0]), level))
-    if len(different) <= 6:
-        return [(", ".join(value), np.array([level == value for level in levels])) for value in different]
-    numbers = np.array([number_of(level[0]) for level in levels])
-    middle = float(np.median(numbers))
-    return [(f"up to {middle:.4g}", numbers <= middle), (f"above {middle:.4g}", numbers > middle)]
 
 
 def _to_unit(column: Floats) -> Floats:

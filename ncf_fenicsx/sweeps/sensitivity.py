@@ -14,6 +14,7 @@ from ncf_fenicsx.sweeps import germs, morris, sobol, surrogate
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.effects import shares_in_words
 from ncf_fenicsx.sweeps.estimates import Estimates
+from ncf_fenicsx.sweeps.findings import estimate_panels, write_findings
 from ncf_fenicsx.sweeps.inputs import Input
 from ncf_fenicsx.sweeps.outcomes import RESULTS, Measure
 from ncf_fenicsx.sweeps.parquet import write_parquet
@@ -104,7 +105,8 @@ def sensitivity(campaign: Campaign, inputs: list[Input], design: Design) -> str:
     names = [one.name for one in inputs]
     write_estimates(table, [(measure, *pair) for measure in found for pair in zip(names, found[measure], strict=True)])
     draw_estimates(inputs, found, campaign.folder / f"{design.method}.png")
-    return "\n".join([*lines, f"rows, table and picture in {campaign.folder}"])
+    told = write_findings(campaign.folder, lines, estimate_panels(inputs, found))
+    return "\n".join([*lines, *told, f"rows, table, picture and page in {campaign.folder}"])
 
 
 def in_words(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.effects import conclusion, effects
+from ncf_fenicsx.sweeps.findings import effect_panels, write_findings
 from ncf_fenicsx.sweeps.inputs import Input
 from ncf_fenicsx.sweeps.outcomes import RESULTS
 from ncf_fenicsx.sweeps.parquet import write_parquet
@@ -47,8 +47,8 @@ def sweep(campaign: Campaign, plan: Plan, inputs: list[Input]) -> str:
         lines += [conclusion(measure.words, effects(inputs, samples, measure.heading)) for measure in measures]
     else:
         lines.append("no result varies from run to run")
-    write_study(campaign.folder)
-    return "\n".join([*lines, f"rows, pictures and page in {campaign.folder}"])
+    told = write_findings(campaign.folder, lines, effect_panels(inputs, samples, measures))
+    return "\n".join([*lines, *told, f"rows, pictures and page in {campaign.folder}"])
 
 
 def inputs_of_list(plan: Plan) -> list[Input]:

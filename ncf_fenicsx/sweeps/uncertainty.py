@@ -15,6 +15,7 @@ from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.distributions import Uncertain
 from ncf_fenicsx.sweeps.effects import shares_in_words
 from ncf_fenicsx.sweeps.estimates import CONFIDENCE, Estimate, Estimates
+from ncf_fenicsx.sweeps.findings import distribution_panels, write_findings
 from ncf_fenicsx.sweeps.inputs import Point
 from ncf_fenicsx.sweeps.outcomes import ERROR, RESULTS, Measure
 from ncf_fenicsx.sweeps.parquet import write_parquet
@@ -141,7 +142,8 @@ def uncertainty(campaign: Campaign, draw: Draw) -> str:
         lines.append(f"beside it, the mesh: the {ERROR.words} is {100 * np.nanmean(errors):.2g} % in the mean")
     write_estimates(campaign.folder / "uncertainty.csv", [(measure, "", one) for measure, one in found.items()])
     draw_distributions(drawn, found, campaign.folder / "uncertainty.png")
-    return "\n".join([*lines, f"rows, table and picture in {campaign.folder}"])
+    told = write_findings(campaign.folder, lines, distribution_panels(drawn, found, list(QUANTILES)))
+    return "\n".join([*lines, *told, f"rows, table, picture and page in {campaign.folder}"])
 
 
 def in_words(

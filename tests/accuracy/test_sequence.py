@@ -78,6 +78,7 @@ def _shown_everywhere(finest, found, said):
     assert json.loads((finest / "run.json").read_text("utf-8"))["accuracy"]["quantities"] == found["quantities"]
     assert words.split(",")[0] in (finest / "report.html").read_text("utf-8")
     assert (finest / "summary.png").is_file()
+    assert words in (finest.parent / "report.html").read_text("utf-8")
 
 
 def test_a_plan_tells_what_levels_cost_before_anything_runs():

@@ -1,5 +1,7 @@
 """From files to a fabric in a scene: the command as a whole, the choice of laws, and what is refused."""
 
+import json
+import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -51,6 +53,25 @@ def test_files_become_a_fabric_that_a_scene_takes(tmp_path):
     scene = Scene.read(DEMOS / "roller.toml", [f"fabric={tmp_path / 'mine.toml'}"])
     assert scene.laws.compaction.beta2 == pytest.approx(1.5238, rel=0.02)
     assert scene.stack.areal_density == 1.425
+
+
+def test_the_page_has_the_numbers_the_data_and_the_laws(tmp_path):
+    rng = np.random.default_rng(1)
+    files = [write(test, tmp_path / f"{number}.csv") for number, test in enumerate(specimens(rng))]
+    words, _ = carry_out(order(files, page=tmp_path / "mine.html", title="glass <b>"))
+    shown = (tmp_path / "mine.html").read_text("utf-8")
+    assert "<h1>Calibration: glass &lt;b&gt;</h1>" in shown
+    numbers = [line.strip("| ").split(" | ") for line in words.splitlines() if line.startswith("| compaction")]
+    assert len(numbers) > 1
+    for name, value, error in numbers:
+        assert f'<th scope="row">{name}</th><td>{value}</td><td>{error}</td>' in shown
+    panels = json.loads(re.search(r'id="panels">(.*?)</script>', shown)[1])
+    assert [panel["title"] for panel in panels] == ["Compaction", "Compaction over time", "Residuals"]
+    measured, law = panels[0]["lines"][:2]
+    assert (measured["apart"], law["traced"], measured["colour"]) == (True, True, law["colour"])
+    assert len(measured["points"]) == len(law["points"]) > 10
+    with pytest.raises(SceneError, match=r"--page .*ends with \.html"):
+        carry_out(order(files, page=tmp_path / "mine.png"))
 
 
 def test_the_criterion_finds_the_law_that_made_the_tests():

@@ -4,31 +4,12 @@ import json
 import shutil
 
 import pytest
+import tomli_w
 from browser import opened
+from scenes_of_pages import WHOLE
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.scene.scene_file import as_written
-
-TITLE = 'A "roller" <b>für</b> </script> Jürgen & Söhne'
-SCENE = """
-title = 'A "roller" <b>für</b> </script> Jürgen & Söhne'
-[stack]
-layers = 2
-size = ["12 mm", "6 mm"]
-divisions = [6, 2]
-grading = [0.0, 0.0]
-[interface]
-kind = "stitched"
-yarn_stiffness = "0.01 N"
-slip_share = 0.0
-[tool]
-width = "infinite"
-[[tool.path]]
-travel = ["0 mm", "0 mm", "-0.2 mm"]
-speed = "1 mm/min"
-[output]
-permeability = {}
-"""
 
 
 @pytest.fixture(scope="session")
@@ -36,7 +17,7 @@ def results(tmp_path_factory):
     """Results folder of a run that has ended, with its page."""
     folder = tmp_path_factory.mktemp("report")
     file = folder / "scene.toml"
-    file.write_text(SCENE, encoding="utf-8")
+    file.write_text(tomli_w.dumps(WHOLE), encoding="utf-8")
     changes = ["solver.largest_step='2 s'"]
     run(Scene.read(file, changes), folder / "run", written=as_written(file, changes))
     return folder / "run"

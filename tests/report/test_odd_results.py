@@ -3,43 +3,31 @@
 import re
 
 import pytest
+import tomli_w
 from program import call
+from scenes_of_pages import BALL, FOOT, ROLLER, STACK, STITCHED, case, down
 
 from ncf_fenicsx import Scene, run
 
 pytestmark = pytest.mark.serial
 PAGE = "report.html"
-QUIET = {"picture": False}
-STACK = {"layers": 2, "size": ["12 mm", "6 mm"], "divisions": [4, 2], "grading": [0.0, 0.0]}
-STITCHED = {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.0}
-DOWN = [{"travel": ["0 mm", "0 mm", "-0.1 mm"], "speed": "1 mm/min"}]
-ROLLER = {"width": "infinite", "path": DOWN}
-BALL = {"kind": "sphere", "radius": "2 mm", "position": ["8 mm", "0 mm"], "path": DOWN}
-
-
-def case(**tables):
-    return {"stack": STACK, "interface": STITCHED, "tool": ROLLER, "output": QUIET} | tables
-
-
 CASES = {
     "stopped early": (case(solver={"max_steps": 2}), "Stopped early at .*: max_steps"),
     "a single element": (
         case(
-            stack={"layers": 1, "size": ["10 mm", "10 mm"], "divisions": [1, 1]}, tool={"kind": "plate", "path": DOWN}
+            stack={"layers": 1, "size": ["10 mm", "10 mm"], "divisions": [1, 1]},
+            tool={"kind": "plate", "path": down("0.1 mm")},
         ),
         "One layer .*pressed by a plate, which moves 0.1 mm down",
     ),
     "a solid": (case(laws={"solid": {"kind": "logarithmic"}}), "2 layers of a solid .*Largest contact pressure"),
     "no tool": (
-        {"stack": STACK, "interface": STITCHED, "output": QUIET, "duration": "2 s"},
+        {"stack": STACK, "interface": STITCHED, "output": {"picture": False}, "duration": "2 s"},
         "2 layers .*, at rest for 2 s",
     ),
     "several tools": (case(tool=[ROLLER, BALL]), "pressed by 2 tools: a cylinder .*; a sphere .*tool 2"),
     "on a mould": (
-        case(
-            mould={"kind": "cylinder", "radius": "50 mm"},
-            tool={"kind": "presser_foot", "size": ["8 mm", "8 mm"], "path": DOWN},
-        ),
+        case(mould={"kind": "cylinder", "radius": "50 mm"}, tool=FOOT),
         "on a cylinder mould by a presser foot",
     ),
     "order 2": (case(stack=STACK | {"order": 2}), "Done at 6 s of 6 s"),
@@ -64,7 +52,7 @@ def test_page_is_right(browser, tmp_path, name):
 def test_two_ranks_write_the_page_of_one(browser, tmp_path):
     """Numbers of nodes and rows do not depend on the ranks; what is shown does not either."""
     file = tmp_path / "scene.toml"
-    file.write_text(SCENE, encoding="utf-8")
+    file.write_text(tomli_w.dumps(case()), encoding="utf-8")
     shown = []
     for ranks in (1, 2):
         out = tmp_path / f"ranks_{ranks}"
@@ -74,23 +62,3 @@ def test_two_ranks_write_the_page_of_one(browser, tmp_path):
         assert browser.complaints() == []
         shown.append([browser.text(f"#{name}") for name in ("low", "high", "summary")])
     assert shown[0] == shown[1]
-
-
-SCENE = """
-[stack]
-layers = 2
-size = ["12 mm", "6 mm"]
-divisions = [4, 2]
-grading = [0.0, 0.0]
-[interface]
-kind = "stitched"
-yarn_stiffness = "0.01 N"
-slip_share = 0.0
-[tool]
-width = "infinite"
-[[tool.path]]
-travel = ["0 mm", "0 mm", "-0.1 mm"]
-speed = "1 mm/min"
-[output]
-picture = false
-"""

@@ -5,7 +5,8 @@ import csv
 import pytest
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.report.study_page import error_panels, is_study, stability_panels, sweep_panels, write_study
+from ncf_fenicsx.report.study_page import is_study, write_study
+from ncf_fenicsx.report.study_panels import error_panels, stability_panels
 
 pytestmark = pytest.mark.serial
 ROWS = [
@@ -57,22 +58,6 @@ def test_a_panel_for_each_axis_of_stability():
     assert speed["title"] == "speed"
 
 
-def swept(**changes):
-    return {"r [m]": "0.002", "kind": "x", "run": "a", "force [N]": "1", "ending": "done", "reason": ""} | changes
-
-
-def test_a_panel_for_each_result_over_each_number_of_a_sweep():
-    rows = [swept(), swept(kind="y", run="b", **{"force [N]": "3"}), swept(run="c", **{"r [m]": "0.004"})]
-    rows.append(swept(run="d", ending="stopped", **{"force [N]": ""}))
-    (panel,) = sweep_panels(rows)
-    assert (panel["title"], panel["x"], panel["y"]) == ("force [N] over r [m]", "r [m]", "force [N]")
-    runs, means = panel["lines"]
-    assert runs["points"] == [(0.002, 1.0, "a"), (0.002, 3.0, "b"), (0.004, 1.0, "c")]
-    assert means["points"] == [(0.002, 2.0, ""), (0.004, 1.0, "")]
-    many = [swept(**{"r [m]": repr(number / 10), "force [N]": repr(number)}) for number in range(60)]
-    assert [y for _, y, _ in sweep_panels(many)[0]["lines"][1]["points"]] == [4.5, 14.5, 24.5, 34.5, 44.5, 54.5]
-
-
 def test_page_of_a_study_opens(browser, study):
     assert is_study(study)
     browser.open(write_study(study))
@@ -89,7 +74,7 @@ def test_page_of_a_study_opens(browser, study):
         "for (const type of ['mouseenter', 'mousemove', 'pointermove'])"
         "  over.dispatchEvent(new MouseEvent(type, {clientX: box.left + 5, clientY: box.top + 5, bubbles: true}));"
     )
-    browser.wait("return document.querySelector('figure .note').textContent.startsWith('mesh 8')")
+    browser.wait("return document.querySelector('figure .point').textContent.startsWith('mesh 8')")
 
 
 def test_a_broken_table_is_one_line(study):

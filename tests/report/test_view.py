@@ -135,14 +135,108 @@ def test_colours_over_one_step_have_its_range(page):
 
 def test_a_cut_shows_the_cells_behind_it(page, results):
     mesh = meshio.read(results / Results.read(results).snapshots[-1][1])
-    middle = mesh.points[mesh.cells_dict["hexahedron"]].mean(axis=1)
+    end = mesh.points[mesh.cells_dict["hexahedron"]].max(axis=1)
     page.change("cut-axis", "0", "change")
     page.change("cut", 55)
+    picture(page)
     assert page.text("#shown-cut") == "6.6 mm"
     seen = sorted(all_readings(page))
     assert len(seen) > 3
-    assert (middle[seen, 0] >= 6.6e-3).all()
+    assert (end[seen, 0] > 6.6e-3).all()
     assert not page.run("return document.getElementById('cut').disabled")
+
+
+SECTION = """
+const [axis, done] = arguments, view = document.querySelector('.view').view, {faces, model} = view;
+const at = (i, along) => {
+  const [a, b] = [faces.nodes[i], faces.others[i]].map((node) => model.points[3 * node + along]);
+  return a + faces.shares[i] * (b - a);
+};
+let area = 0, lowest = Infinity;
+for (let face = 0; face < faces.cells.length; face++) {
+  const corners = [0, 1, 2, 3].map((corner) => [0, 1, 2].map((along) => at(4 * face + corner, along)));
+  lowest = Math.min(lowest, ...corners.map((corner) => corner[axis]));
+  const [u, v] = [0, 1, 2].filter((along) => along !== axis);
+  const cross = ([a, b, c]) => Math.abs((b[u] - a[u]) * (c[v] - a[v]) - (c[u] - a[u]) * (b[v] - a[v])) / 2;
+  const flat = corners.every((corner) => Math.abs(corner[axis] - corners[0][axis]) < 1e-7);
+  if (flat && corners[0][axis] < view.extent(axis)[1] - 1e-7)
+    area += cross(corners) + cross([corners[0], corners[2], corners[3]]);
+}
+done([lowest, area]);
+"""
+
+
+@pytest.mark.parametrize(
+    ("axis", "share", "place", "area"), [(0, 41.7, 5.004, 24.0), (0, 50, 6, 24.0), (1, 30, 1.8, 48.0)]
+)
+def test_a_cut_is_a_plane_that_goes_through_cells(page, axis, share, place, area):
+    """Nothing is left before it, and the section is closed: it has the area of the stack."""
+    page.change("step", 0)
+    page.change("cut-axis", str(axis), "change")
+    page.change("cut", share)
+    page.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    lowest, found = page.driver.execute_async_script(SECTION, axis)
+    assert 1e3 * lowest == pytest.approx(place, rel=1e-4)
+    assert 1e6 * found == pytest.approx(area, rel=1e-4)
+    assert page.complaints() == []
+
+
+def test_a_cut_follows_the_slider_within_a_cell(page):
+    page.change("cut-axis", "0", "change")
+    seen = set()
+    for share in (50.5, 51.0, 51.5):
+        page.change("cut", share)
+        seen.add(picture(page))
+    assert len(seen) == 3
+
+
+def test_the_view_is_seen_from_its_sides(page):
+    seen = {picture(page)}
+    for side in ("front", "side", "above"):
+        page.change("side", side, "change")
+        seen.add(picture(page))
+    assert len(seen) == 4
+
+
+def test_sections_follow_the_field_and_are_its_means_through_a_layer(page, results):
+    mesh = meshio.read(results / Results.read(results).snapshots[-1][1])
+    middle = mesh.points[mesh.cells_dict["hexahedron"]].mean(axis=1)
+    for field, label in (
+        ("volume_fraction", "Fibre volume fraction"),
+        ("permeability_across", "Permeability across the fibres"),
+    ):
+        page.change("field", field, "change")
+        rows = list(csv.reader(io.StringIO(page.run(f"{CURVE}.csv()", f"{label} along x, through the chosen place"))))
+        table = np.array(rows[1:], dtype=float)
+        for layer in (1, 2):
+            here = np.flatnonzero((mesh.cell_data["layer"][0] == layer) & (middle[:, 1] < 3e-3))
+            here = here[np.argsort(middle[here, 0])]
+            assert np.allclose(table[:, 0], 1e3 * middle[here, 0])
+            assert np.allclose(table[:, layer], mesh.cell_data[field][0][here], rtol=1e-4)
+
+
+def test_curves_through_the_stack_are_those_of_the_chosen_places(page, results):
+    click = (
+        "const c = document.querySelector('.view canvas'), box = c.getBoundingClientRect();"
+        "const [x, y, shiftKey] = arguments;"
+        "c.dispatchEvent(new MouseEvent('click',"
+        "  {clientX: box.left + x * box.width, clientY: box.top + y * box.height, shiftKey}));"
+    )
+    page.run(click, 0.42, 0.5, False)
+    page.run(click, 0.6, 0.5, True)
+    mesh = meshio.read(results / Results.read(results).snapshots[-1][1])
+    middle = 1e3 * mesh.points[mesh.cells_dict["hexahedron"]].mean(axis=1)
+    rows = list(csv.reader(io.StringIO(page.run(f"{CURVE}.csv()", "Fibre volume fraction through the stack"))))
+    table = np.array(rows[1:], dtype=float)
+    assert len(rows[0]) == 3
+    assert rows[0][1] != rows[0][2]
+    for number, label in enumerate(rows[0][1:], start=1):
+        at = [float(part) for part in re.fullmatch(r"at (\S+), (\S+) mm", label).groups()]
+        here = np.flatnonzero(np.hypot(*(middle[:, :2] - at).T) < 1e-2)
+        here = here[np.argsort(middle[here, 2])]
+        assert np.allclose(table[:, number], mesh.cell_data["volume_fraction"][0][here], atol=1e-5)
+    page.run(click, 0.42, 0.5, False)
+    assert len(page.run(f"{CURVE}.csv()", "Fibre volume fraction through the stack").splitlines()[0].split('","')) == 2
 
 
 def test_controls_change_the_picture(page):
@@ -228,6 +322,39 @@ def test_a_page_without_fields_has_its_curves(browser, copied):
     assert "no fields to draw" in browser.text("#no-view")
     assert browser.complaints() == []
     assert "Force" in browser.text("#curves")
+
+
+def test_a_view_that_takes_too_much_room_says_so(browser, copied, monkeypatch):
+    from ncf_fenicsx.report import page as pages
+
+    monkeypatch.setattr(pages, "spare", lambda _: 2000)
+    write_report(copied)
+    browser.open(copied / PAGE)
+    assert "take too much room for a page: 24 cells" in browser.text("#no-view")
+    assert browser.complaints() == []
+
+
+def test_cells_that_became_one_are_told(browser, copied, monkeypatch):
+    from ncf_fenicsx.report import decimation, model
+    from ncf_fenicsx.report import page as pages
+
+    monkeypatch.setattr(decimation, "FEWEST", 2)
+    monkeypatch.setattr(model, "FEW_STEPS", 1000)
+    monkeypatch.setattr(pages, "MOST_BYTES", write_report(copied).stat().st_size - 3000)
+    write_report(copied)
+    browser.open(copied / PAGE)
+    assert browser.complaints() == []
+    words = "one cell in place of 2 x 2, with their mean, and the nodes at its corners"
+    assert browser.text("#thinned") == f"To keep the page small the view has {words}."
+    browser.change("field", "displacement_z", "change")
+    mesh = meshio.read(copied / Results.read(copied).snapshots[-1][1])
+    found = all_readings(browser)
+    assert len(found) > 5
+    for node, value in found.items():
+        assert value == pytest.approx(1e3 * mesh.point_data["displacement"][node, 2], abs=1.1 * step_of(browser) + 1e-6)
+    browser.change("field", "volume_fraction", "change")
+    browser.driver.find_element("css selector", ".view canvas").send_keys("\ue007")
+    assert "mean of 2 x 2 cells" in browser.text(".view .read")
 
 
 def test_thinned_steps_are_told(browser, copied, monkeypatch):

@@ -43,13 +43,18 @@ function followTheme(redraw) {
 }
 
 class Curve {
-  /* content: title, x {label, values}, y label, logarithmic (both axes), lines [{label, values, and for other than
-     their order has it: colour and pattern (numbers), width, points, front (a best front)}]. */
+  /* content: title, id (of a figure that is there; else one is made), note (below the curves), x {label, values, names
+     (of the places 1, 2 and so on), range (with margins)}, y label, logarithmic ("x" or "both" axes), lines [{label,
+     values, low and high (ends of their errors), bars (errors are of each place alone), and for other than their order
+     has it: colour and pattern (numbers), width (0 for points alone), points, front (a best front), traced (points that
+     the line goes through in their order)}]. */
   constructor(parent, content) {
-    this.figure = make("figure", "", parent);
+    this.figure = (content.id && document.getElementById(content.id)) || make("figure", "", parent);
     this.figure.curve = this;
     this.caption = make("figcaption", content.title, this.figure);
     this.plot = make("div", "", this.figure);
+    this.note = make("p", content.note ?? "", this.figure);
+    this.note.className = "note";
     const buttons = make("p", "", this.figure);
     buttons.className = "row screen-only";
     this.button(buttons, "CSV", () => download(`${this.fileName()}.csv`, "text/csv", this.csv()));
@@ -85,36 +90,72 @@ class Curve {
     return { width: Math.max(this.plot.clientWidth || this.figure.clientWidth, 240), height: 240 };
   }
 
+  /* What has a value under the pointer: the lines, then the ends of their errors. */
+  columns() {
+    const { lines } = this.content;
+    const ends = lines.filter((line) => line.low).flatMap((line) => [
+      { label: `${line.label}, lower end`, values: line.low, isEnd: true },
+      { label: `${line.label}, upper end`, values: line.high, isEnd: true },
+    ]);
+    return [...lines, ...ends];
+  }
+
   data() {
-    const { x, lines } = this.content;
-    return [x.values, ...lines.map((line) => line.values)].map((values) => Array.from(values));
+    return [this.content.x.values, ...this.columns().map((line) => line.values)].map((values) => Array.from(values));
   }
 
   draw() {
     this.drawn?.destroy();
-    const { x, y, lines, logarithmic } = this.content;
-    const text = { stroke: cssValue("--text"), font: "12px system-ui", labelFont: "12px system-ui", labelSize: 20 };
+    const { x, y, logarithmic } = this.content;
+    const [font, labelFont] = (document.documentElement.dataset.printing ? [9, 8] : [12, 12]).map((size) => `${size}px system-ui`);
+    const text = { stroke: cssValue("--text"), font, labelFont, labelSize: 20 };
     const rule = { grid: { stroke: cssValue("--rule"), width: 1 }, ticks: { stroke: cssValue("--rule"), width: 1 } };
-    const scale = logarithmic ? { distr: 3 } : {};
+    const [along, up] = [Boolean(logarithmic), logarithmic === "both"].map((so) => (so ? { distr: 3 } : {}));
     const values = (plot, ticks) => ticks.map((tick) => (tick === null ? "" : shortNumber(tick)));
-    const value = (plot, shown) => shortNumber(shown);
-    const named = (line, number) => ({
-      label: line.label, value, stroke: this.colour(line, number), width: line.width ?? 2, dash: this.dash(line, number),
-      points: { show: (line.points ?? x.values.length < 40), size: 5 }, spanGaps: true,
-    });
+    const names = x.names && this.namesAlong(x.names);
+    const marks = logarithmic ? { splits: (plot, axis, low, high) => ticks(low, high, true) } : {};
+    const across = { ...along, ...(x.range ? { range: (plot, low, high) => this.rangeOf(low, high) } : {}) };
     const options = {
       ...this.size(),
-      scales: { x: { time: false, ...scale }, y: scale },
-      axes: [{ ...text, ...rule, label: x.label, values }, { ...text, ...rule, label: y, size: 58, values }],
-      series: [{ label: x.label, value }, ...lines.map(named)],
-      hooks: { draw: [(plot) => this.drawMark(plot)] },
+      scales: { x: { time: false, ...across }, y: up },
+      axes: [
+        { ...text, ...rule, label: x.label, values, ...marks, ...names },
+        { ...text, ...rule, label: y, size: 58, values, ...(logarithmic === "both" ? marks : {}) },
+      ],
+      series: [{ label: x.label, value: (plot, shown) => shortNumber(shown) }, ...this.columns().map((one, i) => this.drawnAs(one, i))],
+      hooks: { drawClear: [(plot) => this.drawErrors(plot)], draw: [(plot) => this.drawMark(plot)] },
       cursor: { drag: { x: true, y: true } },
     };
     this.drawn = new vendor.uPlot(options, this.data(), this.plot);
   }
 
+  /* All names below their places; leaning where they are too long to stand beside each other. */
+  namesAlong(names) {
+    const leans = 8 * Math.max(...names.map((name) => name.length)) > (this.size().width - 90) / names.length;
+    const shown = { splits: () => names.map((_, i) => i + 1), values: () => names };
+    return leans ? { ...shown, rotate: -40, size: 26 + 4.5 * Math.max(...names.map((name) => name.length)) } : shown;
+  }
+
+  /* The whole range with its margins, or what a reader has zoomed in on. */
+  rangeOf(low, high) {
+    const { values, range } = this.content.x;
+    return low === values[0] && high === values[values.length - 1] ? range : [low, high];
+  }
+
+  drawnAs(line, number) {
+    const value = (plot, shown) => shortNumber(shown);
+    if (line.isEnd) return { label: line.label, value, width: 0, points: { show: false }, class: "end" };
+    const points = { show: line.points ?? this.content.x.values.length < 40, size: 5 };
+    const stroke = this.colour(line, number);
+    const paths = line.traced ? { paths: (plot) => traceOf(plot, line.traced) } : line.width === 0 ? { paths: () => null } : {};
+    return { label: line.label, value, stroke, width: line.width ?? 2, dash: this.dash(line, number), points, spanGaps: true, ...paths };
+  }
+
   update(content) {
+    const written = () => [this.content.y, ...this.content.lines.map((line) => line.label)].join("|");
+    const before = written();
     this.content = { ...this.content, ...content };
+    if (written() !== before) this.draw();
     this.caption.textContent = this.content.title;
     this.drawn.setData(this.data());
   }
@@ -139,71 +180,61 @@ class Curve {
     ctx.restore();
   }
 
+  /* Errors as parts: those of a line together, for a band; of a line with bars, or with only one, each alone. */
+  errors() {
+    const { x, lines } = this.content;
+    return lines.flatMap((line, number) => {
+      const all = Array.from(x.values, (place, i) => [place, line.low?.[i] ?? null, line.high?.[i] ?? null]);
+      const known = all.filter(([, low, high]) => low !== null && high !== null);
+      if (line.bars) return known.map((one) => ({ number, places: [one] }));
+      return known.length ? [{ number, places: known }] : [];
+    });
+  }
+
+  drawErrors(plot) {
+    const { ctx } = plot;
+    const at = ([x, low, high]) => [plot.valToPos(x, "x", true), plot.valToPos(low, "y", true), plot.valToPos(high, "y", true)];
+    for (const { number, places } of this.errors()) {
+      const corners = places.map(at);
+      ctx.save();
+      ctx.strokeStyle = ctx.fillStyle = this.colour(this.content.lines[number], number);
+      ctx.lineWidth = 1.5 * devicePixelRatio;
+      ctx.beginPath();
+      if (corners.length > 1) {
+        ctx.globalAlpha = 0.25;
+        corners.forEach(([x, low]) => ctx.lineTo(x, low));
+        corners.reverse().forEach(([x, , high]) => ctx.lineTo(x, high));
+        ctx.fill();
+      } else {
+        const [[x, low, high]] = corners;
+        const cap = 5 * devicePixelRatio;
+        for (const [a, b, c, d] of [[x, low, x, high], [x - cap, low, x + cap, low], [x - cap, high, x + cap, high]]) {
+          ctx.moveTo(a, b);
+          ctx.lineTo(c, d);
+        }
+        ctx.stroke();
+      }
+      ctx.restore();
+    }
+  }
+
+  svg() {
+    return pictureOf(this);
+  }
+
   csv() {
-    const { x, y, lines } = this.content;
+    const { x, y } = this.content;
     const quoted = (words) => `"${words.replaceAll('"', '""')}"`;
-    const head = [quoted(x.label), ...lines.map((line) => quoted(`${line.label}, ${y}`))];
+    const unit = y ? `, ${y}` : "";
+    const head = [quoted(x.label), ...this.columns().map((line) => quoted(`${line.label}${unit}`))];
     const rows = this.data()[0].map((_, row) => this.data().map((column) => column[row] ?? "").join(","));
     return `${head.join(",")}\n${rows.join("\n")}\n`;
   }
-
-  /* The curves as uPlot shows them, with its scales and marks of the axes. */
-  svg() {
-    const { x, y, lines, title } = this.content;
-    const [width, height, left, top, right, bottom] = [640, 400, 70, 36, 620, 340];
-    const log = this.content.logarithmic ? Math.log10 : (number) => number;
-    const range = (name) => [this.drawn.scales[name].min, this.drawn.scales[name].max];
-    const along = (name, from, to) => (number) => {
-      const [low, high] = range(name).map(log);
-      return from + ((log(number) - low) / (high - low || 1)) * (to - from);
-    };
-    const [toX, toY] = [along("x", left, right), along("y", bottom, top)];
-    const image = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    image.setAttribute("xmlns", "http://www.w3.org/2000/svg");
-    const put = (tag, attributes, words = "") => {
-      const part = document.createElementNS("http://www.w3.org/2000/svg", tag);
-      Object.entries(attributes).forEach(([name, value]) => part.setAttribute(name, value));
-      part.textContent = words;
-      image.append(part);
-    };
-    image.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    image.setAttribute("font-family", "sans-serif");
-    image.setAttribute("font-size", 12);
-    put("rect", { x: 0, y: 0, width, height, fill: "white" });
-    put("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "none", stroke: "#777" });
-    put("text", { x: left, y: 20, "font-size": 14, "font-weight": "bold" }, title);
-    put("text", { x: (left + right) / 2, y: height - 22, "text-anchor": "middle" }, x.label);
-    put("text", { transform: `translate(14 ${(top + bottom) / 2}) rotate(-90)`, "text-anchor": "middle" }, y);
-    for (const tick of ticks(...range("x"), this.content.logarithmic)) {
-      put("text", { x: toX(tick), y: bottom + 16, "text-anchor": "middle" }, shortNumber(tick));
-    }
-    for (const tick of ticks(...range("y"), this.content.logarithmic)) {
-      put("text", { x: left - 6, y: toY(tick) + 4, "text-anchor": "end" }, shortNumber(tick));
-    }
-    const colours = ["#005cab", "#b35900", "#007a5a", "#8a3f91", "#a3123a", "#5c5c00"];
-    lines.forEach((line, number) => {
-      const stroke = line.front ? "#bbbbbb" : colours[(line.colour ?? number) % 6];
-      const dashes = this.dash(line, number).join(" ");
-      const points = Array.from(line.values, (value, i) => [x.values[i], value]).filter((point) => point[1] !== null);
-      const places = points.map(([a, b]) => [toX(a), toY(b)]);
-      const style = { fill: "none", stroke, "stroke-width": line.width ?? 2, "stroke-dasharray": dashes };
-      put("polyline", { points: places.join(" "), ...style });
-      put("text", { x: right - 4, y: top + 16 + 15 * number, fill: stroke, "text-anchor": "end" }, line.label);
-    });
-    return new XMLSerializer().serializeToString(image);
-  }
 }
 
-/* About five round numbers between two; powers of ten on a logarithmic axis. */
-function ticks(low, high, logarithmic) {
-  if (!(high > low)) return [low];
-  const found = [];
-  if (logarithmic) {
-    for (let power = Math.ceil(Math.log10(low)); 10 ** power <= high; power++) found.push(10 ** power);
-    return found;
-  }
-  const rough = 10 ** Math.floor(Math.log10((high - low) / 4));
-  const step = [1, 2, 5, 10].map((factor) => factor * rough).find((size) => (high - low) / size <= 6);
-  for (let tick = Math.ceil(low / step); tick * step <= high; tick++) found.push(tick * step);
-  return found;
+/* A line through points in their order: a loop has places that come more than once. */
+function traceOf(plot, points) {
+  const stroke = new Path2D();
+  for (const [x, y] of points) stroke.lineTo(plot.valToPos(x, "x", true), plot.valToPos(y, "y", true));
+  return { stroke, fill: null, clip: null };
 }

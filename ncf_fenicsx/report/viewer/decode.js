@@ -44,16 +44,17 @@ async function decodeAll(encodedByName, decode) {
 }
 
 async function decodeModel(model) {
-  if (model === null) return null;
-  const [points, cells, neighbours, layer, nodes, byCell] = await Promise.all([
+  if (model.why_not) return null;
+  const [points, cells, neighbours, layer, nodes, byCell, nodeNumbers] = await Promise.all([
     decodeNumbers(model.points),
     decodeTable(model.cells),
     decodeTable(model.neighbours),
     decodeTable(model.layer),
     decodeAll(model.nodes, decodeSeries),
     decodeAll(model.by_cell, decodeSeries),
+    model.node_numbers && decodeTable(model.node_numbers),
   ]);
-  return { ...model, points, cells, neighbours, layer, nodes, byCell, fields: namedFields(nodes, byCell) };
+  return { ...model, points, cells, neighbours, layer, nodes, byCell, nodeNumbers, fields: namedFields(nodes, byCell) };
 }
 
 /* A field: its label, factor from SI to its unit, whether of cells, and its value at a step and a place. */

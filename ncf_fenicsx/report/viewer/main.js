@@ -9,6 +9,7 @@ async function decodeRuns() {
   for (const run of runs) {
     run.prefix = runs.length > 1 ? run.name : "";
     run.history = await decodeAll(run.history, decodeNumbers);
+    run.whyNot = run.model.why_not;
     run.model = await decodeModel(run.model);
   }
   return runs;
@@ -48,7 +49,8 @@ class Views {
       this.set("apart", (Number($("apart").value) / 100) * this.size);
       this.fit();
     };
-    $("cut-axis").onchange = $("cut").oninput = () => this.cut();
+    $("cut-axis").onchange = $("cut").oninput = () => this.cutSoon();
+    $("side").onchange = () => this.fit();
     $("edges").checked = this.views.every((view) => view.edged);
     $("edges").onchange = () => this.views.forEach((view) => view.edges($("edges").checked));
     $("rigid").onchange = () => this.views.forEach((view) => view.rigid($("rigid").checked));
@@ -59,13 +61,12 @@ class Views {
     };
     $("reset").onclick = () => this.fit();
     $("play").onclick = () => this.play();
-    const thin = this.runs.filter((run) => run.model.times.length < run.model.steps_of_run);
-    const words = thin.map(({ prefix, model }) => `${prefix ? `${prefix}: ` : ""}${model.times.length} of ${model.steps_of_run} steps`);
-    $("thinned").textContent = words.length ? `To keep the page small the view has ${words.join(", ")}.` : "";
+    $("thinned").textContent = this.runs.map(whatIsLeftOut).filter(Boolean).join(" ");
   }
 
   listen(view, frame, number) {
     const canvas = view.canvas;
+    frame.view = view;
     frame.querySelector(".name").textContent = this.runs[number].prefix;
     view.onmove = () => this.views.forEach((other) => other !== view && other.follow(view));
     canvas.onkeydown = (event) => this.key(event, view, frame, number);
@@ -77,7 +78,7 @@ class Views {
         this.tell(frame, view, ...this.place(event, canvas));
       });
     };
-    canvas.onclick = (event) => this.choose(number, ...this.place(event, canvas));
+    canvas.onclick = (event) => this.choose(number, event.shiftKey, ...this.place(event, canvas));
   }
 
   place(event, canvas) {
@@ -90,7 +91,7 @@ class Views {
     const actions = { "+": () => view.zoom(0.9), "-": () => view.zoom(1.1), 0: () => this.fit() };
     actions.Enter = () => {
       this.tell(frame, view, 0, 0);
-      this.choose(number, 0, 0);
+      this.choose(number, event.shiftKey, 0, 0);
     };
     if (turns[event.key]) view.turn(...turns[event.key]);
     else if (actions[event.key]) actions[event.key]();
@@ -101,7 +102,7 @@ class Views {
   tell(frame, view, x, y) {
     const found = view.read(x, y);
     const { field: shown } = view.shown;
-    const where = found && (shown.ofCells ? `cell ${found.cell}` : `node ${found.node}`);
+    const where = found && placeInWords(view.model, shown, found);
     const unit = shown.unit ? ` ${shown.unit}` : "";
     const read = frame.querySelector(".read");
     read.dataset.value = found ? found.value : "";
@@ -110,12 +111,12 @@ class Views {
       : "";
   }
 
-  choose(number, x, y) {
+  choose(number, beside, x, y) {
     const view = this.views[number];
     const found = view.read(x, y);
     if (!found) return;
-    this.profiles[number].choose([view.centre(found.cell, 0), view.centre(found.cell, 1)]);
-    this.profiles[number].show(this.stepOf(view.model));
+    this.profiles[number].choose([view.centre(found.cell, 0), view.centre(found.cell, 1)], beside);
+    this.profiles[number].show(this.stepOf(view.model), $("field").value);
   }
 
   set(name, value) {
@@ -123,11 +124,19 @@ class Views {
     this.show();
   }
 
+  /* At most once a frame, so that the plane follows the slider. */
+  cutSoon() {
+    this.cutting ??= requestAnimationFrame(() => {
+      this.cutting = null;
+      this.cut();
+    });
+  }
+
   cut() {
     const axis = $("cut-axis").value === "" ? null : Number($("cut-axis").value);
     $("cut").disabled = axis === null;
     const places = this.views.map((view) => view.cutAt(axis, Number($("cut").value) / 100));
-    $("shown-cut").textContent = axis === null ? "" : `${shortNumber(1e3 * places[0])} mm`;
+    $("shown-cut").textContent = axis === null ? "" : `${shortNumber(Number((1e3 * places[0]).toFixed(4)))} mm`;
     this.show();
   }
 
@@ -160,7 +169,7 @@ class Views {
     const limits = this.limits(shown);
     this.views.forEach((view, i) => {
       view.show(this.stepOf(view.model), shown[i], ...limits, this.state.scale, this.state.apart);
-      this.profiles[i].show(this.stepOf(view.model));
+      this.profiles[i].show(this.stepOf(view.model), $("field").value);
     });
     const unit = shown[0].unit ? ` ${shown[0].unit}` : "";
     $("low").textContent = shortNumber(limits[0]) + unit;
@@ -192,7 +201,7 @@ class Views {
   }
 
   fit() {
-    this.views.forEach((view) => view.fit());
+    this.views.forEach((view) => view.fit($("side").value));
   }
 
   resize() {
@@ -223,8 +232,24 @@ function extremes(shown, step) {
   return found[step];
 }
 
+/* What a page has not of a run, for the sake of its size. */
+function whatIsLeftOut({ prefix, model }) {
+  const parts = [];
+  if (model.times.length < model.steps_of_run) parts.push(`${model.times.length} of ${model.steps_of_run} steps`);
+  if (model.merged > 1) {
+    parts.push(`one cell in place of ${model.merged} x ${model.merged}, with their mean, and the nodes at its corners`);
+  }
+  return parts.length ? `${prefix ? `${prefix}: ` : ""}To keep the page small the view has ${parts.join("; ")}.` : "";
+}
+
+/* The cell or the node as the field files number it; a cell that stands for several has no number. */
+function placeInWords(model, shown, { cell, node }) {
+  if (!shown.ofCells) return `node ${model.nodeNumbers ? model.nodeNumbers[node] : node}`;
+  return model.merged > 1 ? `mean of ${model.merged} x ${model.merged} cells` : `cell ${cell}`;
+}
+
 function whyNoView(runs) {
-  if (runs.every((run) => run.model === null)) return "There are no fields to draw.";
+  if (runs.every((run) => run.model === null)) return [...new Set(runs.map((run) => run.whyNot))].join(" ");
   const context = document.createElement("canvas").getContext("webgl2");
   return context ? "" : "This browser has no WebGL 2, so the stack in 3-D is left out. The picture shows sections of it.";
 }

@@ -2,12 +2,15 @@
 /* The deformed stack of one run in 3-D, with its tools. Layers are drawn flat: a colour for each cell or node. */
 
 const MOST_EDGES = 50000;
+const MOST_CUT = 0.999;
+const SIDES = { corner: [-0.9, -1.3, 0.9], front: [0, -1, 0.0001], side: [-1, 0, 0.0001], above: [0, -0.0001, 1] };
 
 class View {
   constructor(canvas, model, colours) {
     this.canvas = canvas;
     this.model = model;
     this.renderer = new vendor.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.localClippingEnabled = true; // a cut goes through tools too
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.camera = new vendor.PerspectiveCamera(30, 1, 0.001, 10);
     this.camera.up.set(0, 0, 1);
@@ -44,18 +47,17 @@ class View {
     return tool;
   }
 
-  /* Keeps the cells whose undeformed centre lies at a share of the extent along an axis, or beyond; all for null. */
+  /* Shows what lies beyond a plane at a share of the undeformed extent along an axis, in m; all for null. */
   cutAt(axis, share) {
-    const count = this.model.cells.length / 8;
-    const kept = new Uint8Array(count).fill(1);
     let place = null;
     if (axis !== null) {
       const [low, high] = this.extent(axis);
-      place = low + share * (high - low);
-      for (let cell = 0; cell < count; cell++) kept[cell] = this.centre(cell, axis) >= place ? 1 : 0;
-      if (!kept.includes(1)) kept.fill(1);
+      place = low + Math.min(share, MOST_CUT) * (high - low);
     }
-    this.build(kept);
+    this.faces = outerFaces(this.model, place === null ? null : new Plane(this.model, axis, place));
+    const along = new vendor.Vector3().setComponent(axis ?? 0, 1);
+    this.steel.clippingPlanes = place === null ? null : [{ normal: along, constant: -place }];
+    this.makeGeometry();
     return place;
   }
 
@@ -77,14 +79,9 @@ class View {
     return sum / 8;
   }
 
-  build(kept) {
-    ({ cells: this.faceCells, nodes: this.faceNodes } = outerFaces(this.model, kept));
-    this.makeGeometry();
-  }
-
   makeGeometry() {
-    const corners = this.faceNodes.length;
-    const { triangles, edges } = cornersOf(this.faceCells.length);
+    const corners = this.faces.nodes.length;
+    const { triangles, edges } = cornersOf(this.faces.cells.length);
     this.geometry?.dispose();
     this.outline?.dispose();
     this.position = new vendor.BufferAttribute(new Float32Array(3 * corners), 3).setUsage(vendor.DynamicDrawUsage);
@@ -115,7 +112,7 @@ class View {
         this.images.add(part);
       }
     }
-    this.edges(this.edged ?? this.faceCells.length <= MOST_EDGES);
+    this.edges(this.edged ?? this.faces.cells.length <= MOST_EDGES);
   }
 
   edges(edged) {
@@ -136,14 +133,15 @@ class View {
     const position = this.position.array;
     const colour = this.colour.array;
     const span = high > low ? high - low : 1;
-    for (let i = 0; i < this.faceNodes.length; i++) {
-      const node = this.faceNodes[i];
-      const cell = this.faceCells[i >> 2];
-      for (let axis = 0; axis < 3; axis++) {
-        position[3 * i + axis] = points[3 * node + axis] + scale * valueOf(moves[axis], step, node);
-      }
+    const moved = (node, axis) => points[3 * node + axis] + scale * valueOf(moves[axis], step, node);
+    const { nodes: ends, others, shares, cells } = this.faces;
+    for (let i = 0; i < ends.length; i++) {
+      const cell = cells[i >> 2];
+      const between = (at) => (shares[i] ? at(ends[i]) + shares[i] * (at(others[i]) - at(ends[i])) : at(ends[i]));
+      for (let axis = 0; axis < 3; axis++) position[3 * i + axis] = between((node) => moved(node, axis));
       position[3 * i + 2] += apart * (layer[cell] - 1);
-      const share = (shown.at(step, shown.ofCells ? cell : node) - low) / span;
+      const value = shown.ofCells ? shown.at(step, cell) : between((node) => shown.at(step, node));
+      const share = (value - low) / span;
       colour[2 * i] = (255 * Math.min(Math.max(share, 0), 1) + 0.5) / 256;
     }
     this.position.needsUpdate = this.colour.needsUpdate = true;
@@ -162,7 +160,7 @@ class View {
     });
   }
 
-  fit() {
+  fit(side = "corner") {
     const box = this.geometry.boundingBox.clone();
     if (this.mirrored) {
       for (const { axis, at } of this.model.mirrors) {
@@ -171,7 +169,7 @@ class View {
         box.max.setComponent(axis, Math.max(...ends, ...ends.map((end) => 2 * at - end)));
       }
     }
-    const away = new vendor.Vector3(-0.9, -1.3, 0.9).normalize();
+    const away = new vendor.Vector3(...SIDES[side]).normalize();
     const centre = box.getCenter(this.orbit.target);
     const distance = 1.12 * distanceFor(box, away, this.camera);
     this.camera.near = 0.01 * distance;
@@ -250,8 +248,8 @@ class View {
       if (this.distance(corner, local) < this.distance(nearest, local)) nearest = corner;
     }
     const { step, field: shown } = this.shown;
-    const cell = this.faceCells[face];
-    const node = this.faceNodes[nearest];
+    const cell = this.faces.cells[face];
+    const node = this.faces.shares[nearest] < 0.5 ? this.faces.nodes[nearest] : this.faces.others[nearest];
     return { cell, node, layer: this.model.layer[cell], value: shown.at(step, shown.ofCells ? cell : node) };
   }
 

@@ -1,0 +1,81 @@
+"""Which curves of a history have an error of their own, and what is said where they have none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ncf_fenicsx.report.reading import Results
+
+FORCE, VF, VOIDS, WRINKLES, WORK = (
+    "Force",
+    "Vf in the stack",
+    "Volume of the voids",
+    "Height of wrinkles",
+    "Work",
+)
+"""Titles of curves whose error is known, or asked for."""
+NO_BAND = {
+    FORCE: "No error band: no column of history.csv is an error of the force at a step (time_error is that of the mean "
+    "pressure, in one step). A run with --accuracy has a bar at the largest force.",
+    VF: "No error band: vf_error is one number for the whole field. A run with --accuracy has a bar at the largest Vf.",
+}
+BANDS = {WORK: ("tool_work", "tool_work_error")}
+"""Columns whose error at each step is another column, by the title of their curve."""
+
+
+@dataclass(frozen=True)
+class Largest:
+    """The largest of some numbers of a history."""
+
+    column: str
+    row: int
+    value: float
+
+
+def largest(results: Results, columns: list[str]) -> Largest | None:
+    """Column, row and value of the largest number in some columns of a history; None without any."""
+    given = [column for column in columns if np.isfinite(results.history[column]).any()]
+    found = [Largest(one, row, float(results.history[one][row])) for one in given for row in [_highest(results, one)]]
+    return max(found, key=lambda one: one.value) if found else None
+
+
+def _highest(results: Results, column: str) -> int:
+    return int(np.nanargmax(results.history[column]))
+
+
+def bars(results: Results) -> dict[str, dict[str, Any]]:
+    """Error bars that a sequence of runs has given to its finest one, by the title of the curve that they are drawn on.
+
+    Returns:
+        Of each its column, its row counted from 0, half of its length in SI, and words.
+    """
+    voids = results.interface_columns("void_volume")
+    columns = {
+        "force": (FORCE, results.tool_columns("tool_force")),
+        "vf": (VF, [name for name in ("vf_max",) if name in results.history]),
+        "void_volume": (VOIDS, voids if len(voids) == 1 else []),
+        "wrinkle_height": (WRINKLES, results.layer_columns("wrinkle_height")),
+    }
+    found = {}
+    for quantity, known in results.record.get("accuracy", {}).get("quantities", {}).items():
+        title, names = columns.get(quantity, ("", []))
+        at = largest(results, names)
+        if at is not None and known["bar"] is not None:
+            words = f"The bar at the largest value: {known['bar_words']}."
+            found[title] = {"column": at.column, "row": at.row, "half": known["bar"], "words": words}
+    return found
+
+
+def with_errors(curve: dict[str, Any], results: Results, known: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """A curve with its band or its bar, and with what there is to say of them."""
+    title = curve["title"]
+    if title in known:
+        bar = known[title]
+        return curve | {"bar": {name: bar[name] for name in ("column", "row", "half")}, "note": bar["words"]}
+    column, error = BANDS.get(title, ("", ""))
+    if error in results.history and np.isfinite(results.history[error]).any():
+        return curve | {"band": {"column": column, "half": error}, "note": f"The band is {error} on both sides."}
+    return curve | {"note": NO_BAND.get(title, "")}
