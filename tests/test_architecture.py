@@ -27,7 +27,8 @@ ROW = (
     ("report",),
     ("simulation", "export"),
     ("study", "calibration"),
-    ("accuracy", "sweeps"),
+    ("accuracy",),
+    ("sweeps",),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""

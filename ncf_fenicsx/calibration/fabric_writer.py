@@ -90,8 +90,9 @@ def _compaction_in_words(fit: Fit, tests: int) -> list[str]:
         "| number (SI) | value | standard error |",
         "|---|---|---|",
     ]
+    unsure = {name for names in fit.untold for name in names}
     for name, value, error in zip(fit.names, fit.values, fit.errors, strict=True):
-        lines.append(f"| {name} | {value:.6g} | {error:.2g} |")
+        lines.append(f"| {name} | {value:.6g} | {'without bound' if name in unsure else f'{error:.2g}'} |")
     lines += ["", f"root mean square residual: {100 * fit.scatter:.3g} %"]
     lines += unsure_in_words(fit)
     for i, j in np.argwhere(np.triu(np.abs(fit.correlations) > STRONG, 1)):
@@ -110,8 +111,8 @@ def unsure_in_words(fit: Fit) -> list[str]:
         if len(names) == 1:
             lines.append(f"these tests say nothing of {names[0]}: its error is without bound, and it stays as it was")
         else:
-            some = f"{told} number{'s' * (told != 1)} of the {len(names)}"
-            lines.append(f"these tests tell {some} {', '.join(names)}: --fix others, their errors are without bound")
+            held = f"unless --fix holds {len(names) - told} of them"
+            lines.append(f"these tests tell {told} of {len(names)} numbers, {', '.join(names)}: no errors {held}")
     unsure = {name for names in fit.untold for name in names}
     for name, value, error in zip(fit.names, fit.values, fit.errors, strict=True):
         if name not in unsure and error > HARDLY * abs(value):

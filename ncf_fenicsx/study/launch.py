@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ from typing import Any
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reading import read_record
 
+RECORD = "run.json"
 BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and neither picture nor page."""
 
@@ -44,7 +46,13 @@ def folder_name(case: str) -> str:
 
 
 def launch(
-    scene: Path, folder: Path, overrides: tuple[str, ...], limit: float, command: str = "run", ranks: int = 1
+    scene: Path,
+    folder: Path,
+    overrides: tuple[str, ...],
+    limit: float,
+    command: str = "run",
+    ranks: int = 1,
+    record: str = RECORD,
 ) -> Ended:
     """Run a scene file with some values replaced.
 
@@ -55,9 +63,12 @@ def launch(
         limit: wall time in s after which it is ended.
         command: ``run`` or ``explicit``.
         ranks: processes that share the work.
+        record: file of the folder that says how it ended.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     words = [sys.executable, "-m", "ncf_fenicsx", command, str(scene), "--out", str(folder), "--overwrite"]
+    if command == "run":
+        words += ["--ranks", str(ranks)]
     for text in overrides:
         words += ["--set", text]
     if ranks > 1:
@@ -68,11 +79,11 @@ def launch(
         ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit, env=environment)
     except subprocess.TimeoutExpired:
         return Ended("time limit", f"not done in {limit:g} s", folder)
-    if ended.returncode not in (0, 1) or not (folder / "run.json").is_file():
+    if ended.returncode not in (0, 1) or not (folder / record).is_file():
         last = ended.stderr.strip().splitlines()
         return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
-    written = read_record(folder)
-    return Ended(written["ending"], written["reason"], folder)
+    written = json.loads((folder / record).read_text("utf-8"))
+    return Ended(written["ending"], written.get("reason", ""), folder)
 
 
 def _dying_with_its_parent(signal: str) -> list[str]:

@@ -15,7 +15,7 @@ from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.preview import expected_memory
 from ncf_fenicsx.sweeps.cluster import Connection, Place
 from ncf_fenicsx.sweeps.engine import ENDING, REASON, Work, results
-from ncf_fenicsx.sweeps.inputs import Reader
+from ncf_fenicsx.sweeps.inputs import Column, Reader
 from ncf_fenicsx.sweeps.outcomes import MEASURES
 from ncf_fenicsx.sweeps.plans import Plan
 from ncf_fenicsx.sweeps.rows import Rows
@@ -80,17 +80,29 @@ class Campaign:
             SceneError: the folder has runs of another scene, or the scheduler does not answer.
             ResultError: rows cannot be written, or the scheduler has gone.
         """
+        outcomes = [RUN, *(measure.heading for measure in MEASURES), ENDING, REASON]
+        self.hand_over(plan, self.work(plan.columns), self.rows, outcomes)
+
+    def work(self, columns: tuple[Column, ...]) -> SceneWork:
+        """What a worker does with a point of these columns."""
+        runs = self.folder.resolve() / "runs"
+        return SceneWork(self.file.resolve(), runs, self.overrides, columns, self.limit, self.place.ranks)
+
+    def hand_over(self, plan: Plan, work: Work, rows: Path, outcomes: Sequence[str]) -> None:
+        """Do some work with what is missing of a plan; a row for each point in a file of its own.
+
+        Raises:
+            SceneError: the folder has runs of another scene, or the scheduler does not answer.
+            ResultError: rows cannot be written, or the scheduler has gone.
+        """
         text, kept = Scene.read(self.file, self.overrides).to_toml(), self.folder / SCENE
         if kept.exists() and kept.read_text("utf-8") != text:
             raise SceneError(f"{self.folder}: has runs of another scene; name another folder with --out")
-        runs, ranks = self.folder.resolve() / "runs", self.place.ranks
-        work = SceneWork(self.file.resolve(), runs, self.overrides, plan.columns, self.limit, ranks)
-        outcomes = [RUN, *(measure.heading for measure in MEASURES), ENDING, REASON]
         with self.place.opened() as connection:
             with told(self.folder):
                 self.folder.mkdir(parents=True, exist_ok=True)
             replace(kept, lambda path: path.write_text(text, encoding="utf-8"))
-            run_points(plan, work, connection, self.rows, outcomes)
+            run_points(plan, work, connection, rows, outcomes)
 
 
 def place_for(

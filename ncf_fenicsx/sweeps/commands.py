@@ -106,6 +106,10 @@ def uncertainty_command(
     fit: Annotated[
         Path | None, typer.Option(metavar="FABRIC.toml", help="Numbers of its laws, with the covariance of their fit.")
     ] = None,
+    accuracy: Annotated[
+        str | None,
+        typer.Option(metavar="SHARE", help="Refine the run in the middle to that, for the numerical error, as '2 %'."),
+    ] = None,
     method: Annotated[str, typer.Option(help="direct, or by a surrogate: chaos, kriging.")] = "chaos",
     runs: Annotated[int, typer.Option(help="Runs.", min=1)] = 100,
     out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_uncertainty unless given. Resumed.")] = None,
@@ -120,6 +124,7 @@ def uncertainty_command(
     """How sure the results are, given how sure the inputs are: distributions of force, Vf, voids and wrinkles."""
     from ncf_fenicsx.sweeps.campaign import Campaign, place_for
     from ncf_fenicsx.sweeps.distributions import of_fit, parse_uncertain
+    from ncf_fenicsx.sweeps.numerics import asked_tolerance
     from ncf_fenicsx.sweeps.uncertainty import Draw, uncertainty
 
     if not varied and fit is None:
@@ -130,7 +135,8 @@ def uncertainty_command(
     inputs = [parse_uncertain(campaign.reader, text) for text in varied or ()]
     if fit is not None:
         inputs.append(of_fit(campaign.reader, fit))
-    say(uncertainty(campaign, Draw.of(inputs, method, runs, seed)))
+    draw = Draw.of(inputs, method, runs, seed)
+    say(uncertainty(campaign, draw, None if accuracy is None else asked_tolerance(campaign, accuracy)))
 
 
 def add_to(study: typer.Typer) -> None:

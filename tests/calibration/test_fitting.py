@@ -80,7 +80,7 @@ def test_the_base_of_the_exponential_is_not_told_apart_from_its_exponent():
     assert fit.errors[one] > 1e5 * fit.values[one]
     assert fit.errors[fit.names.index("rate.alpha1")] < 0.05 * fit.values[fit.names.index("rate.alpha1")]
     words = "\n".join(unsure_in_words(fit))
-    assert words.startswith("these tests tell 2 numbers of the 3 compaction.beta2, compaction.beta3, compaction.beta1")
+    assert words.startswith("these tests tell 2 of 3 numbers, compaction.beta2, compaction.beta3, compaction.beta1")
 
 
 def test_what_the_shift_cancels_is_not_told_and_stays():
