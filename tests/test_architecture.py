@@ -26,6 +26,7 @@ ROW = (
     ("solver", "output"),
     ("report",),
     ("simulation", "export"),
+    ("workers",),
     ("study", "calibration"),
     ("accuracy",),
     ("sweeps",),

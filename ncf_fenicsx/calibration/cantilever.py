@@ -22,7 +22,7 @@ GRAVITY = 9.81
 LEAST_POINTS = 12
 FINE = 400
 MOST_PIECES = 4
-WORTH = 6.0
+WORTH = 10.0
 """Akaike's criterion that another piece has to gain."""
 SHARES = (0.1, 20.0)
 """What a piece may take of the moments, over the last one: pieces of next to nothing follow noise."""

@@ -16,14 +16,14 @@ from ncf_fenicsx.accuracy.quantities import quantities_of
 from ncf_fenicsx.accuracy.sequence import checked_levels
 from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.study.launch import BARE, launch
 from ncf_fenicsx.sweeps.campaign import Campaign
-from ncf_fenicsx.sweeps.engine import ENDING, REASON, Outcome
-from ncf_fenicsx.sweeps.inputs import Column, Point
+from ncf_fenicsx.sweeps.inputs import Column
 from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, WRINKLE, Measure
 from ncf_fenicsx.sweeps.plans import Plan
-from ncf_fenicsx.sweeps.rows import read_rows
 from ncf_fenicsx.sweeps.scene_work import SceneWork, name_of
+from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
+from ncf_fenicsx.workers.launch import BARE, launch
+from ncf_fenicsx.workers.rows import Point, read_rows
 
 QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume", WRINKLE: "wrinkle_height"}
 """Results with their names in ``[accuracy]``."""

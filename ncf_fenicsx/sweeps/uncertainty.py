@@ -15,13 +15,13 @@ from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.distributions import Uncertain
 from ncf_fenicsx.sweeps.effects import shares_in_words
 from ncf_fenicsx.sweeps.estimates import CONFIDENCE, Estimate, Estimates
-from ncf_fenicsx.sweeps.inputs import Point
 from ncf_fenicsx.sweeps.outcomes import ERROR, RESULTS, Measure
 from ncf_fenicsx.sweeps.parquet import write_parquet
 from ncf_fenicsx.sweeps.pictures import draw_distributions
 from ncf_fenicsx.sweeps.plans import Plan, join
 from ncf_fenicsx.sweeps.samples import Samples
 from ncf_fenicsx.sweeps.tables import write_estimates
+from ncf_fenicsx.workers.rows import Point
 
 Floats = NDArray[np.float64]
 METHODS = ("direct", *surrogate.KINDS)

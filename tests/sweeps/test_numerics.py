@@ -6,9 +6,8 @@ import pytest
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.study.launch import Ended
 from ncf_fenicsx.sweeps import numerics
-from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.commands import uncertainty_command
 from ncf_fenicsx.sweeps.distributions import Uncertain
 from ncf_fenicsx.sweeps.inputs import Column
@@ -16,6 +15,8 @@ from ncf_fenicsx.sweeps.numerics import Numerics, NumericsWork, in_words, numeri
 from ncf_fenicsx.sweeps.outcomes import FORCE, VF
 from ncf_fenicsx.sweeps.scene_work import SceneWork
 from ncf_fenicsx.sweeps.uncertainty import Draw
+from ncf_fenicsx.workers.cluster import place_for
+from ncf_fenicsx.workers.launch import Ended
 
 pytestmark = pytest.mark.serial
 FILE = DEMOS / "long_roller.toml"

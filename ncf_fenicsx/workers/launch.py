@@ -1,4 +1,4 @@
-"""The runs of a study: which are asked for, and each in processes of its own, so that the study goes on."""
+"""A run of a study in processes of its own, so that the study goes on however it ends."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reading import read_record
 
 RECORD = "run.json"
@@ -92,17 +90,3 @@ def _dying_with_its_parent(signal: str) -> list[str]:
     A run that outlived its study would still write to a folder that the next one takes for its own.
     """
     return ["setpriv", "--pdeathsig", signal] if shutil.which("setpriv") else []
-
-
-def chosen(names: Iterable[str], beginnings: list[str] | None, option: str) -> set[str]:
-    """Names that begin with one of some texts; all without any.
-
-    Raises:
-        SceneError: no name begins with one of the texts; it names the option that gave them.
-    """
-    known = list(dict.fromkeys(names))
-    for text in beginnings or ():
-        if not any(name.startswith(text) for name in known):
-            found = ", ".join(known)
-            raise SceneError(f"--{option} {text}: no such {option}; expected the beginning of one of: {found}")
-    return {name for name in known if not beginnings or name.startswith(tuple(beginnings))}
