@@ -41,6 +41,7 @@ STYLES = {
     "french, row of units": ("Temps;Déplacement;Force\ns;mm;kN\n" + rows(";", True, (TIME, TRAVEL, KN))).encode(),
     "mark": b"\xef\xbb\xbf" + ("Time (s),Extension (mm),Load (N)\n" + rows(",")).encode(),
     "utf-16": ("Zeit [s]\tWeg [mm]\tKraft [N]\n" + rows("\t", True)).encode("utf-16"),
+    "utf-16 without a mark": ("Zeit [s]\tWeg [mm]\tKraft [N]\n" + rows("\t", True)).encode("utf-16-le"),
     "pounds, minutes, quotes": (
         '"Time (min)","Crosshead (in)","Load (lbf)"\n'
         + rows(",", columns=([t / 60 for t in TIME], [t / 25.4 for t in TRAVEL], LB), form='"{:.12g}"')

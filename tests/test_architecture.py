@@ -26,8 +26,10 @@ ROW = (
     ("solver", "output"),
     ("report",),
     ("simulation", "export"),
+    ("workers",),
     ("study", "calibration"),
-    ("accuracy", "sweeps"),
+    ("accuracy",),
+    ("sweeps",),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""

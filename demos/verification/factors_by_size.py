@@ -18,8 +18,8 @@ from typing import Any
 import matplotlib.pyplot as plt
 
 from ncf_fenicsx.report.reading import read_history
-from ncf_fenicsx.study.launch import BARE, launch
 from ncf_fenicsx.study.machine import machine
+from ncf_fenicsx.workers.launch import BARE, launch
 
 SCENE = Path(__file__).parents[1] / "roller.toml"
 SET = ("stack.grading=[0, 0]", "laws.bending.modulus=0.1 GPa", "solver.force_tolerance=1e-4", *BARE)

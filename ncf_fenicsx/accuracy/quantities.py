@@ -48,14 +48,25 @@ def check_quantities(scene: Scene, names: tuple[str, ...]) -> None:
     Raises:
         SceneError: it has not; it names which it has.
     """
-    parts = any(not isinstance(way, Bonded) for way in scene.interfaces[: scene.stack.layers - 1])
-    fibres = scene.laws.solid is None
-    has = {"force": bool(scene.tool), "vf": fibres, "void_volume": parts, "wrinkle_height": True}
-    has[FIELD] = fibres and len(set(scene.stack.divisions_by_layer)) == len(set(scene.stack.elements_through)) == 1
+    has = quantities_of(scene)
     for name in names:
         if not has[name]:
             expected = "expected one that this scene has: " + ", ".join(other for other in has if has[other])
             raise SceneError(f"accuracy.quantities = {name!r}: {expected}")
+
+
+def quantities_of(scene: Scene) -> dict[str, bool]:
+    """Whether a scene has each of the quantities."""
+    parts = any(not isinstance(way, Bonded) for way in scene.interfaces[: scene.stack.layers - 1])
+    fibres = scene.laws.solid is None
+    one_mesh = len(set(scene.stack.divisions_by_layer)) == len(set(scene.stack.elements_through)) == 1
+    return {
+        "force": bool(scene.tool),
+        "vf": fibres,
+        "void_volume": parts,
+        "wrinkle_height": True,
+        FIELD: fibres and one_mesh,
+    }
 
 
 def measure(folder: Path, name: str) -> float:

@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 
 from ncf_fenicsx.calibration.cantilever import fit_shape
 from ncf_fenicsx.calibration.curve_laws import CurveFit, family_of, fit_curve
 from ncf_fenicsx.calibration.fitting import Fit, Weight, fit_compaction
-from ncf_fenicsx.calibration.free_parameters import FREE, free_of, with_values
-from ncf_fenicsx.calibration.histories import History, Laws
+from ncf_fenicsx.calibration.free_parameters import free_of
+from ncf_fenicsx.calibration.histories import Laws
 from ncf_fenicsx.calibration.raw_files import RawTest, read_tests
 from ncf_fenicsx.calibration.specimens import Compaction, Machine, compaction_test
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import kinds, nearest
-from ncf_fenicsx.laws.law import Law
+from ncf_fenicsx.laws.law import Law, Measured
+from ncf_fenicsx.laws.monotone_cubic import Tabulated
 
 FAMILIES = ("compaction", "rate", "relaxation", "unloading", "shear", "bending", "friction", "permeability")
 APART = 1.2
 """Ratio of two rates of closing from which on they are two."""
 CROSSING = 0.1
 """Relative difference of two pressures that noise does not make."""
+HEAD_START = 10.0
+"""Akaike's criterion by which a table has to be ahead of all formulas: it can follow any curve, also one of chance."""
+LEAST_PRESSURE = 1e-3
+"""Pa: what a law begins from is above 0."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +87,7 @@ def calibrate(files: list[Path], given: dict[str, dict[str, float]], wishes: Wis
     curves = [fit_shape(test, given) for test in shapes]
     for family, found in by_family.items():
         if not (shapes and family == "bending"):
-            curves.append(fit_curve(family, found, wishes.kinds.get(family)))
+            curves += fit_curve(family, found, wishes.kinds.get(family), given)
     return Calibration(files, tests, fit_tests(tests, wishes) if tests else None, curves)
 
 
@@ -116,7 +121,7 @@ def fit_tests(tests: list[Compaction], wishes: Wishes) -> Fit:
     if asked != "auto":
         return _fit(tests, wishes, asked)
     fits: dict[str, Fit] = {}
-    for kind in (kind for family, kind in FREE if family == "compaction"):
+    for kind in kinds("compaction"):
         try:
             fits[kind] = _fit(tests, wishes, kind)
         except SceneError as error:
@@ -124,7 +129,9 @@ def fit_tests(tests: list[Compaction], wishes: Wishes) -> Fit:
                 raise
     if not fits:
         raise SceneError("calibrate: no law of compaction can be evaluated on these tests")
-    best = min(fits, key=lambda kind: fits[kind].criterion)
+    best = min(
+        fits, key=lambda kind: fits[kind].criterion + HEAD_START * issubclass(kinds("compaction")[kind], Tabulated)
+    )
     behind = {kind: fit.criterion - fits[best].criterion for kind, fit in fits.items()}
     return replace(fits[best], compared=behind)
 
@@ -134,10 +141,10 @@ def _fit(tests: list[Compaction], wishes: Wishes, compaction: str) -> Fit:
     if laws["rate"].kind != "none":
         check_crossings(tests, wishes.machine)
     known = [name for name in (*wishes.free, *wishes.fixed) if name.split(".")[0] in laws or not _is_family(name)]
+    measured = _measured(tests, wishes.machine)
+    laws = {family: law.first_guess(measured) for family, law in laws.items()}
     free = free_of(laws, [n for n in wishes.free if n in known], [n for n in wishes.fixed if n in known])
-    return fit_compaction(
-        tests, _begin(laws, tests, wishes.machine), free, wishes.machine, list(wishes.fitted), wishes.weight
-    )
+    return fit_compaction(tests, laws, free, wishes.machine, list(wishes.fitted), wishes.weight)
 
 
 def _is_family(name: str) -> bool:
@@ -157,39 +164,31 @@ def _chosen(tests: list[Compaction], wished: dict[str, str], compaction: str) ->
     for family, kind in found.items():
         if kind == "none" and family != "rate":
             continue
-        table: dict[str, object] = {"branches": _decades(tests)} if kind == "maxwell" else {}
-        laws[family] = _law(family, kind, table)
+        law = kinds(family)[kind]()
+        assert isinstance(law, Law)
+        laws[family] = law
     return laws
 
 
-def _law(family: str, kind: str, table: dict[str, object]) -> Law:
-    law = kinds(family)[kind].model_validate(table)
-    assert isinstance(law, Law)
-    return law
-
-
-def _decades(tests: list[Compaction]) -> list[dict[str, object]]:
-    """A branch for each decade that the tests tell of: from a few rows to their length."""
-    shortest = min(float(np.median(np.diff(test.time))) for test in tests)
-    longest = max(float(np.ptp(test.time)) for test in tests)
-    first, last = math.ceil(math.log10(3 * shortest)), max(math.floor(math.log10(longest)), 0)
-    return [{"share": 0.05, "time": f"{10.0**power} s"} for power in range(min(first, last), last + 1)]
-
-
-def _begin(laws: Laws, tests: list[Compaction], machine: Machine) -> Laws:
-    """The laws with pressures of the size of those of the tests, for the fit to begin from."""
-    law, densest = laws["compaction"], max(float(test.volume_fraction(machine).max()) for test in tests)
-    if law.kind == "gutowski":
-        laws = with_values(laws, {"compaction.limit": min(0.98, max(0.8, densest + 0.1))})
-    history = History(laws, tests[0], machine)
-    ratio = float(tests[0].pressure.max() / max(history.pressure.max(), 1e-9))
-    law = laws["compaction"]
-    if law.kind == "exponential":
-        base = np.log(law.beta1)  # type: ignore[attr-defined]
-        return with_values(laws, {"compaction.beta3": law.beta3 - np.log(ratio) / base})  # type: ignore[attr-defined]
-    name, power = {"power": ("scale", 1.0), "gutowski": ("spring", 1.0)}.get(law.kind, ("k", 0.0))
-    power = power or 1 / law.n  # type: ignore[attr-defined]
-    return with_values(laws, {f"compaction.{name}": getattr(law, name) * ratio**power})
+def _measured(tests: list[Compaction], machine: Machine) -> Measured:
+    """What the laws begin from."""
+    curves = [_loading_curve(test, machine) for test in tests]
+    vf, pressure = (np.concatenate([curve[place] for curve in curves]) for place in (0, 1))
+    order = np.argsort(vf)
+    rates: list[float] = []
+    for rate in sorted(test.nominal_rate for test in tests):
+        if not rates or rate > APART * rates[-1]:
+            rates.append(rate)
+    return Measured(
+        volume_fraction=vf[order],
+        pressure=isotonic_regression(np.maximum(pressure[order], LEAST_PRESSURE)).x,
+        initial_volume_fraction=tests[0].initial_volume_fraction,
+        closing_rates=tuple(rates),
+        durations=(
+            min(float(np.median(np.diff(test.time))) for test in tests),
+            max(float(np.ptp(test.time)) for test in tests),
+        ),
+    )
 
 
 def check_crossings(tests: list[Compaction], machine: Machine) -> None:

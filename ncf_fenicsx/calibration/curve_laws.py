@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from ncf_fenicsx.calibration.fitting import least_squares
-from ncf_fenicsx.calibration.free_parameters import FREE, parameters, value_of, with_values
+from ncf_fenicsx.calibration.free_parameters import free_of, named, unknowns, value_of, with_values
 from ncf_fenicsx.calibration.histories import Laws
+from ncf_fenicsx.calibration.least_squares import least_squares
 from ncf_fenicsx.calibration.raw_files import RawTest
+from ncf_fenicsx.calibration.specimens import specimen
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import kinds
 from ncf_fenicsx.laws.bending import MomentTable
@@ -21,7 +22,11 @@ from ncf_fenicsx.laws.permeability import PermeabilityLaw
 from ncf_fenicsx.laws.shear import ShearTable
 
 Floats = NDArray[np.float64]
+Rows = dict[str, tuple[Floats, Floats]]
+"""Abscissas, ascending, and ordinates in SI, by the quantity of the ordinates."""
 MOST_NODES = 12
+ALIKE = 0.02
+"""Relative difference in thickness of strips that are one fabric."""
 
 
 @dataclass(frozen=True)
@@ -30,21 +35,20 @@ class Curve:
 
     Attributes:
         x: quantity along the abscissa.
-        y: quantity over it.
+        ys: quantities over it, one or both.
         kind: of the law unless another is asked for.
     """
 
     x: str
-    y: str
+    ys: tuple[str, ...]
     kind: str
 
 
-FRICTION = ("normal_force", "force")
 CURVES = {
-    "shear": Curve("angle", "shear_stress", "table"),
-    "bending": Curve("curvature", "moment", "table"),
-    "friction": Curve(*FRICTION, "coulomb"),
-    "permeability": Curve("volume_fraction", "permeability", "kozeny_carman"),
+    "shear": Curve("angle", ("shear_stress",), "table"),
+    "bending": Curve("curvature", ("moment",), "table"),
+    "friction": Curve("normal_force", ("force",), "coulomb"),
+    "permeability": Curve("volume_fraction", ("permeability", "permeability_across"), "kozeny_carman"),
 }
 
 
@@ -75,39 +79,73 @@ class CurveFit:
 
 def family_of(raw: RawTest) -> str | None:
     """Family that a test measures, by its columns; None for one of compaction."""
-    if {"position", "deflection"} <= set(raw.columns):
+    columns = set(raw.columns)
+    if {"position", "deflection"} <= columns:
         return "bending"
     for family, curve in CURVES.items():
-        named = {curve.x, curve.y} <= set(raw.columns)
-        if named or (family == "shear" and {"angle", "pressure"} <= set(raw.columns)):
+        named = curve.x in columns and columns & set(curve.ys)
+        if named or (family == "shear" and {"angle", "pressure"} <= columns):
             return family
     return None
 
 
-def fit_curve(family: str, tests: list[RawTest], kind: str | None) -> CurveFit:
-    """Law of a family that meets all tests of it.
+def fit_curve(
+    family: str, tests: list[RawTest], kind: str | None, given: dict[str, dict[str, float]]
+) -> list[CurveFit]:
+    """Law of a family that meets all tests of it, held against each quantity that was measured.
+
+    Args:
+        family: of the law.
+        tests: of it.
+        kind: of the law; the usual one if None.
+        given: what specimens were.
 
     Raises:
-        SceneError: no such law, or the points do not rise.
+        SceneError: no such law, the points do not rise, or the thickness of a strip is not known.
     """
-    curve = CURVES[family]
-    y_name = curve.y if curve.y in tests[0].columns else "pressure"
-    x, y = (np.concatenate([np.abs(test.columns[name]) for test in tests]) for name in (curve.x, y_name))
-    order = np.argsort(x)
-    x, y, kind = x[order], y[order], kind or curve.kind
+    rows, kind = _rows(family, tests), kind or CURVES[family].kind
     if family == "friction":
-        return _friction(x, y)
-    if kind == "table":
-        return _table(family, x, y)
-    if (family, kind) not in FREE:
-        known = ", ".join(other for name, other in FREE if name == family)
-        raise SceneError(f"--law {family}={kind}: expected table, or one of {known}")
-    return _formula(family, kind, x, y)
+        return [_friction(*rows["force"])]
+    if (family, kind) == ("bending", "table"):
+        return [_moments(*rows["moment"], strip_thickness(tests, given))]
+    if (family, kind) == ("shear", "table"):
+        return [_shear(*rows["shear_stress"])]
+    known = [*kinds(family)] if family != "bending" else ["table"]
+    if kind not in known:
+        raise SceneError(f"--law {family}={kind}: expected one that such tests tell: {', '.join(known)}")
+    return _formula(family, kind, rows)
 
 
-def _table(family: str, x: Floats, y: Floats) -> CurveFit:
+def strip_thickness(tests: list[RawTest], given: dict[str, dict[str, float]]) -> float:
+    """Thickness in m of the strips that were bent.
+
+    Raises:
+        SceneError: it is not known, or they are of several.
+    """
+    found = [specimen(test, given, ("thickness",))["thickness"] for test in tests]
+    if max(found) > (1 + ALIKE) * min(found):
+        ends = f"{1e3 * min(found):.4g} mm and {1e3 * max(found):.4g} mm"
+        raise SceneError(f"calibrate: bending: strips of {ends}; expected one thickness, which the law then holds for")
+    return found[0]
+
+
+def _rows(family: str, tests: list[RawTest]) -> Rows:
+    rows: Rows = {}
+    for name in CURVES[family].ys:
+        columns = [test.columns for test in tests]
+        if family == "shear":
+            columns = [entry if name in entry else {**entry, name: entry["pressure"]} for entry in columns]
+        having = [entry for entry in columns if name in entry]
+        if having:
+            x, y = (np.concatenate([np.abs(entry[key]) for entry in having]) for key in (CURVES[family].x, name))
+            order = np.argsort(x)
+            rows[name] = x[order], y[order]
+    return rows
+
+
+def _nodes(family: str, x: Floats, y: Floats) -> tuple[list[float], list[float]]:
     """A table through the points: made to rise, and thinned to a dozen by equal shares of the points."""
-    curve, rising = CURVES[family], isotonic_regression(y).x
+    rising = isotonic_regression(y).x
     nodes: list[tuple[float, float]] = []
     for group in np.array_split(np.flatnonzero(x > 0), min(MOST_NODES, np.count_nonzero(x > 0))):
         node = float(x[group].mean()), float(rising[group].mean())
@@ -115,16 +153,28 @@ def _table(family: str, x: Floats, y: Floats) -> CurveFit:
             nodes.append(node)
     if not nodes:
         raise SceneError(f"calibrate: {family}: no point above 0; expected values that rise from the origin")
-    across, up = (tuple(column) for column in zip(*nodes, strict=True))
-    if family == "shear":
-        shear = ShearTable.model_validate({"angle": across, "stress": [f"{value!r} Pa" for value in up]})
-        model = np.asarray(shear.shear_stress(np.tan(np.radians(x))))
-        return CurveFit(family, {"kind": "table", **shear.model_dump()}, {}, x, y, model, curve.x, curve.y)
-    texts = {"curvature": [f"{value!r} 1/m" for value in across], "moment": [f"{value!r} N" for value in up]}
-    bending = MomentTable.model_validate(texts)
-    return CurveFit(
-        family, {"kind": "table", **bending.model_dump()}, {}, x, y, np.asarray(bending.moment_at(x)), curve.x, curve.y
-    )
+    return [node[0] for node in nodes], [node[1] for node in nodes]
+
+
+def _shear(angle: Floats, stress: Floats) -> CurveFit:
+    across, up = _nodes("shear", angle, stress)
+    law = ShearTable.model_validate({"angle": across, "stress": [f"{value!r} Pa" for value in up]})
+    model = np.asarray(law.shear_stress(np.tan(np.radians(angle))))
+    table = {"kind": "table", **law.model_dump()}
+    return CurveFit("shear", table, {}, angle, stress, model, "angle", "shear_stress")
+
+
+def _moments(curvature: Floats, moment: Floats, thickness: float) -> CurveFit:
+    law = moment_table(*_nodes("bending", curvature, moment), thickness)
+    model = np.asarray(law.moment_at(curvature))
+    table = {"kind": "table", **law.model_dump()}
+    return CurveFit("bending", table, {}, curvature, moment, model, "curvature", "moment")
+
+
+def moment_table(curvature: list[float], moment: list[float], thickness: float) -> MomentTable:
+    """Law of moments per width (N) at curvatures (1/m) of a strip of a thickness (m)."""
+    columns = {"curvature": [f"{value!r} 1/m" for value in curvature], "moment": [f"{value!r} N" for value in moment]}
+    return MomentTable.model_validate({**columns, "thickness": f"{thickness!r} m"})
 
 
 def _friction(normal: Floats, force: Floats) -> CurveFit:
@@ -133,35 +183,37 @@ def _friction(normal: Floats, force: Floats) -> CurveFit:
     error = float(ratios.std(ddof=1) / math.sqrt(len(ratios)))
     coefficient = float(ratios.mean())
     found = {"coefficient": (coefficient, error)}
-    return CurveFit("friction", {"coefficient": coefficient}, found, normal, force, coefficient * normal, *FRICTION)
+    model = np.asarray(coefficient * normal)
+    return CurveFit("friction", {"coefficient": coefficient}, found, normal, force, model, "normal_force", "force")
 
 
-def _formula(family: str, kind: str, x: Floats, y: Floats) -> CurveFit:
-    """Numbers of a formula, for residuals relative to the measured values."""
-    law = kinds(family)[kind]()
-    laws: Laws = {family: law}  # type: ignore[dict-item]
-    names = [f"{family}.{name}" for name in FREE[family, kind]]
+def _formula(family: str, kind: str, rows: Rows) -> list[CurveFit]:
+    """Numbers of a formula, for residuals relative to the measured values; those not told are left as they are."""
+    laws: Laws = {family: kinds(family)[kind]()}  # type: ignore[dict-item]
+    free = unknowns(laws, free_of(laws, [], []))
 
-    def model(values: Floats) -> Floats:
-        made: Any = with_values(laws, dict(zip(names, values, strict=True)))[family]
-        if isinstance(made, PermeabilityLaw):
-            return np.asarray(made.along(x))
-        return np.asarray(made.small_strain_modulus * np.tan(np.radians(x)))
+    def off(inner: Floats) -> Floats:
+        law = with_values(laws, free.named(inner))[family]
+        return np.concatenate([(_model(law, name, x) / y - 1)[y > 0] for name, (x, y) in rows.items()])
 
-    used = y > 0
-    values, covariance, _ = least_squares(lambda trial: (model(trial) / y - 1)[used], parameters(laws, names))
-    fitted = with_values(laws, dict(zip(names, values, strict=True)))
-    errors = np.sqrt(np.diag(covariance))
-    found = {
-        name.split(".")[1]: (value_of(fitted, name), float(error)) for name, error in zip(names, errors, strict=True)
+    found = least_squares(off, free.parameters()).mapped(free.base, free.slopes)
+    unsure = {name for group in found.untold(free.names) for name in group}
+    fitted: Any = with_values(laws, named(free.names, found.values))[family]
+    errors = named(free.names, found.errors)
+    values = {
+        name.split(".", 1)[1]: (value_of({family: fitted}, name), errors[name])
+        for name in free.names
+        if name not in unsure
     }
-    return CurveFit(
-        family,
-        {"kind": kind, **fitted[family].model_dump()},
-        found,
-        x,
-        y,
-        model(values),
-        CURVES[family].x,
-        CURVES[family].y,
-    )
+    table = {"kind": kind, **fitted.model_dump()}
+    return [
+        CurveFit(family, table, values, x, y, _model(fitted, name, x), CURVES[family].x, name)
+        for name, (x, y) in rows.items()
+    ]
+
+
+def _model(law: Any, name: str, x: Floats) -> Floats:
+    """What a law gives for a quantity, in SI."""
+    if isinstance(law, PermeabilityLaw):
+        return np.asarray(law.along(x) if name == "permeability" else law.across(x))
+    return np.asarray(law.small_strain_modulus * np.tan(np.radians(x)))

@@ -1,19 +1,18 @@
-"""Least squares on tests: parameters, their errors and correlations, and the choice among laws."""
+"""The laws that meet compaction tests: numbers, their errors and correlations."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from lmfit import Parameters, minimize
 from numpy.typing import NDArray
 
-from ncf_fenicsx.calibration.free_parameters import parameters, value_of, with_values, written
+from ncf_fenicsx.calibration.free_parameters import named, unknowns, value_of, with_values, written
 from ncf_fenicsx.calibration.histories import History, Laws
+from ncf_fenicsx.calibration.least_squares import least_squares
 from ncf_fenicsx.calibration.specimens import Compaction, Machine
-from ncf_fenicsx.errors import SceneError
 
 Floats = NDArray[np.float64]
 Weight = Literal["thickness", "pressure"]
@@ -35,6 +34,8 @@ class Fit:
         residuals: what was to be zero, relative.
         weight: what residuals are of.
         criterion: Akaike's, with the correction for few rows.
+        untold: groups of names that the tests do not tell apart, with how many numbers of each group they tell.
+        compared: criteria of other laws, less that of this one.
     """
 
     laws: Laws
@@ -45,6 +46,7 @@ class Fit:
     residuals: Floats
     weight: Weight
     criterion: float
+    untold: dict[tuple[str, ...], int] = field(default_factory=dict)
     compared: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -80,26 +82,35 @@ def fit_compaction(
     Raises:
         SceneError: no fit was found.
     """
-    begin = parameters(laws, names)
+    free = unknowns(laws, names)
     for name in fitted:
-        begin.add(written(name), value=getattr(machine, name.split(".")[1]))
+        free = free.with_another(name, getattr(machine, name.split(".")[1]))
     scales = {written(name): 1e-3 if name.endswith("slack") else 1e-7 for name in fitted}
     kept = [test.pressure > LOWEST * test.pressure.max() for test in tests]
 
-    def frame(named: Mapping[str, float]) -> Machine:
-        found = {key: named.get(f"machine.{key}", getattr(machine, key)) for key in ("compliance", "slack")}
+    def frame(numbers: Mapping[str, float]) -> Machine:
+        found = {key: numbers.get(f"machine.{key}", getattr(machine, key)) for key in ("compliance", "slack")}
         return Machine(**found)
 
-    def residuals(values: Floats) -> Floats:
-        named = dict(zip([*names, *fitted], values, strict=True))
-        now, its = with_values(laws, named), frame(named)
+    def residuals(inner: Floats) -> Floats:
+        numbers = free.named(inner)
+        now, its = with_values(laws, numbers), frame(numbers)
         pairs = zip(tests, kept, strict=True)
         return np.concatenate([_off(History(now, test, its), test.pressure, rows, weight) for test, rows in pairs])
 
-    values, covariance, off = least_squares(residuals, begin, scales)
-    named = dict(zip([*names, *fitted], values, strict=True))
-    criterion = akaike(off, len(values))
-    return Fit(with_values(laws, named), frame(named), [*names, *fitted], values, covariance, off, weight, criterion)
+    found = least_squares(residuals, free.parameters(), scales).mapped(free.base, free.slopes)
+    best = named(free.names, found.values)
+    return Fit(
+        laws=with_values(laws, best),
+        machine=frame(best),
+        names=free.names,
+        values=found.values,
+        covariance=found.covariance,
+        residuals=found.residuals,
+        weight=weight,
+        criterion=akaike(found.residuals, len(free.names)),
+        untold=found.untold(free.names),
+    )
 
 
 def _off(history: History, measured: Floats, rows: NDArray[np.bool_], weight: Weight) -> Floats:
@@ -107,49 +118,6 @@ def _off(history: History, measured: Floats, rows: NDArray[np.bool_], weight: We
     if weight == "thickness":
         return np.asarray(history.off_in_thickness(measured)[rows])
     return np.asarray(history.pressure[rows] / measured[rows] - 1)
-
-
-def least_squares(
-    residuals: Callable[[Floats], Floats], begin: Parameters, scales: dict[str, float] | None = None
-) -> tuple[Floats, Floats, Floats]:
-    """Values, their covariance, and the residuals left.
-
-    The covariance is White's, with the correction for rows that pull (HC3): residuals need not be of one size.
-
-    Args:
-        residuals: of values, in the order of ``begin``.
-        begin: parameters of lmfit with bounds.
-        scales: sizes of values that begin at 0, where a relative step would be none.
-
-    Raises:
-        SceneError: the residuals are not finite, or do not tell the values apart.
-    """
-    sizes = np.array([(scales or {}).get(name) or abs(part.value) or 1.0 for name, part in begin.items()])
-    scaled = Parameters()
-    for size, (name, part) in zip(sizes, begin.items(), strict=True):
-        scaled.add(name, value=part.value / size, min=part.min / size, max=part.max / size)
-
-    def of(values: Floats) -> Floats:
-        off = residuals(np.asarray(values) * sizes)
-        return np.asarray(np.where(np.isfinite(off), off, 1e3))
-
-    found = minimize(
-        lambda trial: of(np.array([part.value for part in trial.values()])), scaled, method="least_squares"
-    )
-    best = np.array([part.value for part in found.params.values()])
-    off = of(best)
-    if len(off) <= len(best) or not np.all(np.abs(off) < 1e3):
-        raise SceneError("calibrate: the laws cannot be evaluated on these tests; expected other laws or more rows")
-    slopes = np.stack([(of(best + change) - of(best - change)) / 2e-5 for change in 1e-5 * np.eye(len(best))], axis=1)
-    try:
-        inverse = np.linalg.inv(slopes.T @ slopes)
-    except np.linalg.LinAlgError as error:
-        names = ", ".join(name.replace("__", ".") for name in begin)
-        raise SceneError(f"calibrate: the tests do not tell {names} apart; expected --fix for some of them") from error
-    pull = np.einsum("ij,jk,ik->i", slopes, inverse, slopes)
-    spread = slopes * (off / np.maximum(1 - pull, 1e-6))[:, None]
-    covariance = inverse @ (spread.T @ spread) @ inverse * np.outer(sizes, sizes)
-    return best * sizes, np.asarray(covariance), off
 
 
 def akaike(off: Floats, count: int) -> float:

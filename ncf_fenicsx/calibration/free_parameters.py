@@ -4,35 +4,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from lmfit import Parameters
+from numpy.typing import NDArray
 
 from ncf_fenicsx.calibration.histories import Laws
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.kinds import marks_of, nearest
 from ncf_fenicsx.laws.law import Law
+from ncf_fenicsx.laws.monotone_cubic import Tabulated
 from ncf_fenicsx.units import Quantity
 
-FREE: dict[tuple[str, str], tuple[str, ...]] = {
-    ("compaction", "exponential"): ("beta2", "beta3"),
-    ("compaction", "power"): ("scale", "exponent"),
-    ("compaction", "offset_power"): ("k", "n"),
-    ("compaction", "gutowski"): ("spring", "limit"),
-    ("rate", "kelly"): ("alpha1", "alpha2"),
-    ("rate", "table"): ("factors",),
-    ("rate", "none"): (),
-    ("relaxation", "maxwell"): ("branches.share",),
-    ("unloading", "permanent_set"): ("set_share", "exponent"),
-    ("unloading", "pressure_set"): ("set_share", "exponent", "pressure_exponent"),
-    ("shear", "constant"): ("modulus",),
-    ("permeability", "gebart"): ("fibre_radius",),
-    ("permeability", "kozeny_carman"): ("constant_along",),
-}
-"""Free by default. The others cannot be told apart from these by such tests: beta1 and beta4 of the exponential (the
-base, and what the shift cancels), alpha3 and sigma_inf of Kelly's factor at a handful of speeds."""
+Floats = NDArray[np.float64]
 TINY = 1e-9
+LEAST_GAIN = 1e-6
+"""Gain from entry to entry of a table that is fitted, over the one to begin with."""
+ANCHORS = (0.0, 1.0)
+"""Entries of tables that stay: no pressure at Vf0, and the factor of the speed that the others refer to."""
+
+
+def fitted_of(law: Law) -> tuple[str, ...]:
+    """Numbers that a fit frees: those that the law names, else all it has."""
+    return law.fitted if law.fitted is not None else tuple(name for name, _ in law if _is_number(law, name))
 
 
 def free_of(laws: Laws, more: list[str], fixed: list[str]) -> list[str]:
@@ -44,15 +40,9 @@ def free_of(laws: Laws, more: list[str], fixed: list[str]) -> list[str]:
         fixed: names of the usual ones that keep their values.
 
     Raises:
-        SceneError: a law that is not fitted, or no such number.
+        SceneError: no such number.
     """
-    names: list[str] = []
-    for family, law in laws.items():
-        if (family, law.kind) not in FREE:
-            kinds = ", ".join(kind for other, kind in FREE if other == family)
-            raise SceneError(f"--law {family}={law.kind}: expected one that is fitted: {kinds}")
-        for name in FREE[family, law.kind]:
-            names += _expanded(family, law, name)
+    names = [found for family, law in laws.items() for name in fitted_of(law) for found in _expanded(family, law, name)]
     known = [*names, *(f"{family}.{name}" for family, law in laws.items() for name, _ in law if _is_number(law, name))]
     for option, chosen in (("--free", more), ("--fix", fixed)):
         for name in chosen:
@@ -62,13 +52,13 @@ def free_of(laws: Laws, more: list[str], fixed: list[str]) -> list[str]:
 
 
 def _expanded(family: str, law: Law, name: str) -> list[str]:
-    """Names of the entries, where a number is a list; the factor 1 of a table of rates is what it refers to."""
-    if name == "branches.share":
-        return [f"{family}.branches.{number}.share" for number in range(len(getattr(law, "branches", ())))]
+    """Names of the entries, where a number is a list, but for those that the others refer to."""
+    name, _, inner = name.partition(".")
     value = getattr(law, name)
-    if isinstance(value, tuple):
-        return [f"{family}.{name}.{number}" for number, entry in enumerate(value) if entry != 1.0]
-    return [f"{family}.{name}"]
+    if not isinstance(value, tuple):
+        return [f"{family}.{name}"]
+    entries = [f"{family}.{name}.{number}" for number, entry in enumerate(value) if entry not in ANCHORS]
+    return [f"{entry}.{inner}" for entry in entries] if inner else entries
 
 
 def _is_number(law: Law, name: str) -> bool:
@@ -82,6 +72,11 @@ def value_of(laws: Laws, name: str) -> float:
     for key in path:
         value = value[int(key)] if key.isdigit() else getattr(value, key)
     return float(value)
+
+
+def named(names: list[str], values: Floats) -> dict[str, float]:
+    """Values by their names."""
+    return {name: float(value) for name, value in zip(names, values, strict=True)}
 
 
 def with_values(laws: Laws, values: Mapping[str, float]) -> Laws:
@@ -103,13 +98,81 @@ def _with(part: Any, path: list[str], value: float) -> Any:
     return part.model_copy(update={key: _with(getattr(part, key), rest, value)})
 
 
-def parameters(laws: Laws, names: list[str]) -> Parameters:
-    """Those numbers for lmfit, within the bounds that the laws themselves have."""
-    made = Parameters()
-    for name in names:
-        low, high = bounds(laws, name)
-        made.add(written(name), value=value_of(laws, name), min=low, max=high)
-    return made
+@dataclass(frozen=True)
+class Unknowns:
+    """What least squares varies in place of some numbers: numbers = base + slopes @ unknowns.
+
+    Attributes:
+        names: of the numbers.
+        base: see above.
+        slopes: see above.
+        begin: unknowns to begin from.
+        low: their least values.
+        high: their largest values.
+    """
+
+    names: list[str]
+    base: Floats
+    slopes: Floats
+    begin: Floats
+    low: Floats
+    high: Floats
+
+    def named(self, unknowns: Floats) -> dict[str, float]:
+        """The numbers."""
+        return named(self.names, self.base + self.slopes @ unknowns)
+
+    def with_another(self, name: str, begin: float) -> Unknowns:
+        """A number more, which is an unknown itself and without bounds."""
+        size = len(self.names)
+        slopes = np.eye(size + 1)
+        slopes[:size, :size] = self.slopes
+        base, begins = np.append(self.base, 0.0), np.append(self.begin, begin)
+        low, high = np.append(self.low, -np.inf), np.append(self.high, np.inf)
+        return Unknowns([*self.names, name], base, slopes, begins, low, high)
+
+    def parameters(self) -> Parameters:
+        """For lmfit."""
+        made = Parameters()
+        for name, value, low, high in zip(self.names, self.begin, self.low, self.high, strict=True):
+            made.add(written(name), value=value, min=low, max=high)
+        return made
+
+
+def unknowns(laws: Laws, names: list[str]) -> Unknowns:
+    """Unknowns of some numbers, within the bounds that the laws have.
+
+    Of the entries of a table they are the gains from one to the next, which are positive: so it ascends whatever they
+    are. Entries before one that stays are counted down from it.
+    """
+    base, slopes = np.zeros(len(names)), np.eye(len(names))
+    low, high = (np.array(ends) for ends in zip(*(bounds(laws, name) for name in names), strict=True))
+    counted = [(place, *found) for place, name in enumerate(names) if (found := _neighbour(laws, name, names))]
+    ups, downs = ([entry for entry in counted if entry[2] == sign] for sign in (1, -1))
+    for place, other, sign in [*ups, *reversed(downs)]:
+        slopes[place] *= sign
+        if other in names:
+            slopes[place] += slopes[names.index(other)]
+            base[place] = base[names.index(other)]
+        else:
+            base[place] = value_of(laws, other)
+    values = np.array([value_of(laws, name) for name in names])
+    begin = np.asarray(np.linalg.solve(slopes, values - base), dtype=np.float64)
+    gains = [place for place, _, _ in counted]
+    low[gains], high[gains] = LEAST_GAIN * begin[gains], np.inf
+    return Unknowns(names, base, slopes, begin, low, high)
+
+
+def _neighbour(laws: Laws, name: str, names: list[str]) -> tuple[str, int] | None:
+    """Entry of a table that another counts up (1) or down (-1) from; None of a number that counts from none."""
+    family, key, *place = name.split(".")
+    law = laws[family]
+    if not isinstance(law, Tabulated) or key not in law.columns:
+        return None
+    held = [n for n in range(len(getattr(law, key))) if f"{family}.{key}.{n}" not in names]
+    sign = -1 if held and min(held) > int(place[0]) else 1
+    other = int(place[0]) - sign
+    return (f"{family}.{key}.{other}", sign) if other >= 0 else None
 
 
 def positive_parameters(name: str, values: list[float]) -> Parameters:

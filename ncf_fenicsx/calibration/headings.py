@@ -26,12 +26,20 @@ QUANTITIES = {
     "position": ("m", "position abscissa abscisse abscisa ascissa"),
     "curvature": ("1/m", "curvature krummung courbure curvatura kromming"),
     "moment": ("N", "moment biegemoment"),
-    "permeability": ("m^2", "permeab"),
+    "permeability_across": (
+        "m^2",
+        "permeab\\w*\\s(?:across|transvers|quer|through|perpendic) transvers\\w*\\spermeab quer\\w*permeab "
+        "through.thickness\\spermeab out.of.plane\\spermeab k3 kz",
+    ),
+    "permeability": ("m^2", "permeab durchlassigkeit"),
     "volume_fraction": ("1", "volume\\sfraction vf fvf faservolumengehalt taux\\sde\\sfibres"),
     "test": ("", "test specimen sample probe eprouvette essai ensayo muestra provino proef"),
 }
 """Each quantity with its SI unit and its words without accents, patterns of which one begins a word of the heading."""
-ORDER = ("normal_force", "shear_stress", "permeability", "volume_fraction", "curvature", "moment", *QUANTITIES)
+ORDER = (
+    *("normal_force", "shear_stress", "permeability_across", "permeability", "volume_fraction", "curvature", "moment"),
+    *QUANTITIES,
+)
 BY_UNIT = {"s": "time", "m": "travel", "N": "force", "Pa": "pressure", "m/s": "speed", "degree": "angle"}
 """What a column in a unit is whose words are of another language."""
 LEFT_OUT = ("temperature", "strain", "dehnung", "energy", "cycle", "number", "nr", "point")

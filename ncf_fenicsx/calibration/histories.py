@@ -26,7 +26,7 @@ class History:
 
     Attributes:
         slow: pressure in Pa without effects of rate, at each row.
-        factor: that of speed.
+        factor: that of speed; not a number where the law has none.
         relaxing: pressure in Pa that relaxes, on top.
     """
 
@@ -41,7 +41,9 @@ class History:
         self._duration = np.concatenate([durations[:1], durations])
         step = self._step(self.volume_fraction, self._duration, test.closing_speed(machine))
         speed = np.broadcast_to(rate.speed(step), self.volume_fraction.shape)
-        self.factor = np.broadcast_to(rate.factor(speed), self.volume_fraction.shape)
+        factor = np.asarray(rate.factor(speed))
+        factor = np.full_like(self.volume_fraction, np.nan) if np.iscomplexobj(factor) else factor
+        self.factor = np.broadcast_to(factor, self.volume_fraction.shape)
         self.slow, self.relaxing = self._loading(self.volume_fraction), np.zeros_like(self.volume_fraction)
         stateful = [law for law in laws.values() if isinstance(law, StatefulLaw)]
         if stateful:
@@ -91,9 +93,12 @@ class History:
         return self._inverse(np.asarray(slow / np.where(slow > 0, self.factor, 1.0)))
 
     def _inverse(self, slow: Floats) -> Floats:
-        """Vf of loading at pressures (Pa)."""
+        """Vf of loading at pressures (Pa): from a grid, and a step of Newton's method."""
         limit = 0.999 * self.compaction.packing_limit
         highest = min(limit, 1.3 * float(self.volume_fraction.max()))
         grid: Floats = np.linspace(0.8 * self.initial, highest, FINE, dtype=np.float64)
         curve = np.maximum.accumulate(self._loading(grid))
-        return np.asarray(np.interp(slow, curve, grid))
+        vf = np.interp(slow, curve, grid)
+        slope = np.interp(vf, grid, np.gradient(curve, grid))
+        inside = (slow > curve[0]) & (slow < curve[-1]) & (slope > 0)
+        return np.asarray(np.where(inside, vf - (self._loading(vf) - slow) / np.where(inside, slope, 1.0), vf))

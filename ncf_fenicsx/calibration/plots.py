@@ -26,7 +26,8 @@ UNITS = {
     "normal_force": "normal force (N)",
     "force": "force (N)",
     "volume_fraction": "fibre volume fraction",
-    "permeability": "permeability (m2)",
+    "permeability": "permeability along the fibres (m2)",
+    "permeability_across": "permeability across the fibres (m2)",
 }
 
 

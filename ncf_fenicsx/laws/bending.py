@@ -13,8 +13,10 @@ from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw, plane_stress_energ
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Conditions, Law
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
-from ncf_fenicsx.units import Curvature, LineMoment, PositiveStress
+from ncf_fenicsx.units import Curvature, LineMoment, PositiveLength, PositiveStress
 
+ALIKE = 0.02
+"""Relative difference of two thicknesses that is none."""
 LEAST_CURVATURE = 1e-6
 """Curvature in 1/m that sizes are rounded off with: they have no derivative where they vanish."""
 
@@ -97,6 +99,9 @@ class MomentTable(Tabulated, BendingLaw):
         min_length=1,
         description="moment per width at each, ascending (Broberg et al. 2024: one ply of 1.0 mm)",
     )
+    thickness: PositiveLength | None = parameter(
+        None, description="of the layer that was measured; not known unless given"
+    )
 
     @model_validator(mode="after")
     def _signs_agree(self) -> Self:
@@ -107,6 +112,18 @@ class MomentTable(Tabulated, BendingLaw):
         if self.curvature[-1] < 0:
             raise impossible("curvature", list(self.curvature), "expected positive ones, or of both signs")
         return self
+
+    def caution(self, conditions: Conditions) -> str | None:
+        """A table holds for layers as thick as the one that was measured."""
+        measured, here = self.thickness, conditions.layer_thickness
+        if measured is None or abs(here / measured - 1) < ALIKE:
+            return None
+        ratio = here / measured
+        factors = f"{ratio:.3g} (plies that slide) to {ratio**3:.3g} (a solid sheet)"
+        return (
+            f"the moments are those of a layer of {1e3 * measured:.4g} mm, and layers of {1e3 * here:.4g} mm have them "
+            f"times {factors}"
+        )
 
     @property
     def _symmetric(self) -> bool:

@@ -5,23 +5,30 @@ Formulas use Python's operators only, so they hold for numbers, numpy arrays and
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from itertools import product
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import ufl
 from pydantic import Field
+from scipy.optimize import brentq
 
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import Conditions, Law, number, positive
+from ncf_fenicsx.laws.law import Conditions, Law, Measured, number, positive, real
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
 from ncf_fenicsx.units import PositiveStress, Stress
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 PANELS = 16
-
+MOST_NODES, ROWS_A_NODE = 8, 10
+"""Nodes of a table that is fitted, and measured rows that each of them needs."""
+BELOW = 1 - 1e-6
+"""Where such a table begins, over Vf0: round-off must not put Vf0 beyond it."""
+WIDEST = math.log(1e6)
+"""Logarithm of the factor within which the first number of a law is looked for."""
 
 VolumeFraction = Annotated[float, Field(gt=0, lt=1)]
 
@@ -39,6 +46,22 @@ class CompactionLaw(Law):
     def packing_limit(self) -> float:
         """Vf that the law cannot reach."""
         return 1.0
+
+    def first_guess(self, measured: Measured) -> Self:
+        """The law whose first fitted number gives it the largest pressure that was measured."""
+        names = self.fitted or tuple(name for name, value in self if isinstance(value, float))
+        if not names:
+            return self
+        first, vf0 = float(getattr(self, names[0])), measured.initial_volume_fraction
+        vf, goal = float(measured.volume_fraction[-1]), float(measured.pressure[-1])
+
+        def off(factor: float) -> float:
+            law = self.model_copy(update={names[0]: first * math.exp(factor)})
+            return real(lambda at: law.pressure(at, vf0), vf) - goal
+
+        if not off(-WIDEST) * off(WIDEST) < 0:
+            return self
+        return self.model_copy(update={names[0]: first * math.exp(brentq(off, -WIDEST, WIDEST))})
 
     def energy(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """Work of compaction in J/m3: integral of pressure Vf0 / Vf^2 dVf from Vf0, by Gauss's rule on panels."""
@@ -71,6 +94,7 @@ class Exponential(CompactionLaw):
     """
 
     kind = "exponential"
+    fitted = ("beta2", "beta3")  # a shift cancels beta4, and these two make up for the base
     beta1: PositiveStress = parameter("96605 Pa", description="base of the exponential")
     beta2: float = parameter(1.5238, gt=0, description="factor of Vf in the exponent")
     beta3: float = parameter(-0.0176, description="offset of the exponent")
@@ -79,6 +103,13 @@ class Exponential(CompactionLaw):
         "shift", description="tensile toe of the printed curve: shifted to zero at Vf0, clipped, or raw"
     )
     smoothing: PositiveStress = parameter("100 Pa", description="stress over which clip rounds the corner")
+
+    def first_guess(self, measured: Measured) -> Self:
+        """With the offset of the exponent that gives the largest pressure measured."""
+        least = float(self.smoothing)
+        found = self.pressure(float(measured.volume_fraction[-1]), measured.initial_volume_fraction)
+        missing = np.log(measured.pressure[-1] / max(float(found), least)) / np.log(self.beta1)
+        return self.model_copy(update={"beta3": self.beta3 - float(missing)})
 
     def as_printed(self, volume_fraction: Expression) -> Expression:
         """sigma_beta(Vf) of Eq. 3 in Pa."""
@@ -103,6 +134,7 @@ class Power(CompactionLaw):
     """
 
     kind = "power"
+    fitted = ("scale", "exponent")
     scale: PositiveStress = parameter("6.97455 MPa", description="factor A: the stress that Vf = 1 would give")
     exponent: float = parameter(9.93265, ge=1, description="exponent b; 7 to 15.5 for tows")
 
@@ -119,6 +151,7 @@ class OffsetPower(CompactionLaw):
     """
 
     kind = "offset_power"
+    fitted = ("k", "n")
     k: float = parameter(225.8515, gt=0, description="factor k in Pa^(1/n)")
     n: float = parameter(2.791795, ge=1, description="exponent n")
     toe: float = parameter(0.005, gt=0, lt=0.1, description="Vf over which the corner at Vf0 is rounded")
@@ -138,6 +171,7 @@ class Gutowski(CompactionLaw):
     """
 
     kind = "gutowski"
+    fitted = ("spring", "limit")
     spring: PositiveStress = parameter("107.906 Pa", description="spring constant As")
     limit: float = parameter(0.80, gt=0, le=1, description="largest possible Vf, Va")
 
@@ -151,6 +185,11 @@ class Gutowski(CompactionLaw):
     def packing_limit(self) -> float:
         """Va."""
         return self.limit
+
+    def first_guess(self, measured: Measured) -> Self:
+        """With a limit beyond all that was measured."""
+        limit = min(0.98, max(0.8, float(measured.volume_fraction[-1]) + 0.1))
+        return super(Gutowski, self.model_copy(update={"limit": limit})).first_guess(measured)
 
     def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """Pressure in Pa, straight below Vf0."""
@@ -169,6 +208,7 @@ class Table(Tabulated, CompactionLaw):
 
     kind = "table"
     columns = ("volume_fraction", "stress")
+    fitted = ("stress",)
     volume_fraction: tuple[VolumeFraction, ...] = parameter(
         (0.38, 0.40, 0.42, 0.46, 0.50, 0.55, 0.60, 0.65), min_length=2, description="fibre volume fractions, ascending"
     )
@@ -189,6 +229,16 @@ class Table(Tabulated, CompactionLaw):
     def data_range(self) -> tuple[float, float] | None:
         """Vf of the first and last entry."""
         return self.volume_fraction[0], self.volume_fraction[-1]
+
+    def first_guess(self, measured: Measured) -> Self:
+        """Nodes at Vf0, without pressure, and where equal shares of the measured rows lie between them."""
+        vf, initial = measured.volume_fraction, measured.initial_volume_fraction
+        count = min(MOST_NODES, max(len(vf) // ROWS_A_NODE, 1))
+        nodes = np.unique(np.quantile(vf[vf > initial], np.arange(1, count + 1) / count))
+        stress = np.maximum(np.interp(nodes, vf, measured.pressure), 0.0)
+        rising = np.maximum.accumulate(stress) + 1e-3 * stress[-1] * np.arange(1, len(nodes) + 1)
+        table = {"volume_fraction": (BELOW * initial, *nodes.tolist()), "stress": (0.0, *rising.tolist())}
+        return self.model_copy(update=table)
 
     def pressure(self, volume_fraction: Expression, initial_volume_fraction: Expression) -> Expression:
         """Interpolated pressure less that at Vf0, in Pa."""

@@ -6,10 +6,11 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import ufl
+from numpy.typing import NDArray
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
@@ -30,6 +31,7 @@ class Conditions:
         shear_modulus: transverse shear modulus of the undeformed fabric in Pa.
         initial_pressure: compaction pressure of the undeformed fabric in Pa.
         has_fibres: whether the layers are fabric, not a solid.
+        layer_thickness: of a layer in m.
     """
 
     initial_volume_fraction: float
@@ -39,6 +41,7 @@ class Conditions:
     shear_modulus: float
     initial_pressure: float
     has_fibres: bool
+    layer_thickness: float
 
     @property
     def layers(self) -> int:
@@ -46,11 +49,40 @@ class Conditions:
         return len(self.elements_through)
 
 
+@dataclass(frozen=True)
+class Measured:
+    """What compaction tests hold, as far as a law begins its fit from it.
+
+    Attributes:
+        volume_fraction: Vf of the press, all tests together, ascending.
+        pressure: in Pa at each, smoothed so that it ascends too.
+        initial_volume_fraction: Vf0.
+        closing_rates: in 1/s, one for each rate at which tests were made, ascending.
+        durations: the shortest and the longest time in s that the tests tell of.
+    """
+
+    volume_fraction: NDArray[np.float64]
+    pressure: NDArray[np.float64]
+    initial_volume_fraction: float
+    closing_rates: tuple[float, ...]
+    durations: tuple[float, float]
+
+
 class Law(Kind):
     """A constitutive law."""
 
     symmetric: ClassVar[bool] = True
     """Whether the law's tangent is symmetric."""
+    fitted: ClassVar[tuple[str, ...] | None] = None
+    """Numbers that the usual tests of the law tell, and a fit frees; None for all of them.
+
+    ``branches.share`` is that number of each entry of a list.
+    """
+
+    def first_guess(self, measured: Measured) -> Self:
+        """A law of this kind for a fit to begin from."""
+        del measured
+        return self
 
     @property
     def data_range(self) -> tuple[float, float] | None:

@@ -53,6 +53,7 @@ class Gebart(PermeabilityLaw):
     """
 
     kind = "gebart"
+    fitted = ("fibre_radius",)
     fibre_radius: PositiveLength = parameter("3.6 um", description="radius r of a fibre")
     packing: Literal["quadratic", "hexagonal"] = parameter("hexagonal", description="arrangement of the fibres")
 
@@ -76,6 +77,7 @@ class KozenyCarman(PermeabilityLaw):
     """r^2 / (4 k) (1 - Vf)^3 / Vf^2, with a constant k along and one across the fibres."""
 
     kind = "kozeny_carman"
+    fitted = ("constant_along", "constant_across")
     fibre_radius: PositiveLength = parameter("3.6 um", description="radius r of a fibre")
     constant_along: float = parameter(0.6, gt=0, description="Kozeny constant along the fibres; 0.5 to 0.7")
     constant_across: float = parameter(11.0, gt=0, description="Kozeny constant across them; about 11")

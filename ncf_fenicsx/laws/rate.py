@@ -6,11 +6,12 @@ import math
 from abc import abstractmethod
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import CompactionStep, Conditions, Law, positive, real
+from ncf_fenicsx.laws.law import CompactionStep, Conditions, Law, Measured, positive, real
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
 from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
 
@@ -83,6 +84,7 @@ class KellyRate(ClosingSpeedRate):
     """
 
     kind = "kelly"
+    fitted = ("alpha1", "alpha2")  # a handful of speeds tells two of four numbers
     alpha1: float = parameter(0.1254, gt=0, description="factor of the speed term")
     alpha2: float = parameter(3.2054, gt=1, description="exponent of the speed")
     alpha3: float = parameter(1.6507, gt=0, description="exponent of the transition")
@@ -101,6 +103,13 @@ class KellyRate(ClosingSpeedRate):
         if self.sigma_inf <= self.sigma_0:
             raise impossible("sigma_inf", self.sigma_inf, f"expected more than sigma_0 = {self.sigma_0:g} Pa")
         return self
+
+    def first_guess(self, measured: Measured) -> Self:
+        """With v_ref among the speeds of the tests."""
+        speeds = self.reference_thickness * np.array(measured.closing_rates)
+        if speeds[0] <= self.v_ref <= speeds[-1]:
+            return self
+        return self.model_copy(update={"v_ref": float(np.exp(np.mean(np.log(speeds))))})
 
     def check(self, conditions: Conditions) -> None:
         """Raise where the factor is negative or beyond numbers, at rest, at v_ref or at a speed of the process."""
@@ -142,12 +151,21 @@ class RateTable(Tabulated, ClosingSpeedRate):
 
     kind = "table"
     columns = ("closing_speed", "factors")
+    fitted = ("factors",)
     closing_speed: tuple[PositiveSpeed, ...] = parameter(
         ("1 mm/min", "2 mm/min", "5 mm/min"), min_length=2, description="closing speeds, ascending"
     )
     factors: tuple[PositiveFactor, ...] = parameter(
         (0.6632, 1.0, 1.8404), min_length=2, description="factor at each, ascending (the default: Eq. 4 at its speeds)"
     )
+
+    def first_guess(self, measured: Measured) -> Self:
+        """Nodes at the speeds of the tests; the factor is 1 at the middle one."""
+        speeds = self.reference_thickness * np.array(measured.closing_rates)
+        middle = len(speeds) // 2
+        factors = (speeds / speeds[middle]) ** 0.5
+        columns = {"closing_speed": speeds, "factors": factors}
+        return self.model_copy(update={name: tuple(map(float, column)) for name, column in columns.items()})
 
     def factor(self, speed: Expression) -> Expression:
         """Interpolated factor."""
@@ -167,6 +185,7 @@ class NoRate(RateLaw):
     """No dependence on speed."""
 
     kind = "none"
+    fitted = ()
 
     def factor(self, speed: Expression) -> Expression:
         """1, whatever the speed."""

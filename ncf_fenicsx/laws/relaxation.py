@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from typing import Self
+
 from ncf_fenicsx.kinds import Settings, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.laws.law import CompactionStep, StatefulLaw, tanh
+from ncf_fenicsx.laws.law import CompactionStep, Measured, StatefulLaw, tanh
 from ncf_fenicsx.units import PositiveTime
 
 
@@ -35,9 +38,18 @@ class Maxwell(RelaxationLaw):
     """
 
     kind = "maxwell"
+    fitted = ("branches.share",)
     branches: tuple[Branch, ...] = parameter(
         DECADES, min_length=1, description="branches; one a decade for the creep of fabric, along a logarithm of time"
     )
+
+    def first_guess(self, measured: Measured) -> Self:
+        """A branch for each decade of time that the tests tell of."""
+        shortest, longest = measured.durations
+        first, last = math.ceil(math.log10(3 * shortest)), max(math.floor(math.log10(longest)), 0)
+        decades = range(min(first, last), last + 1)
+        branches = tuple(Branch.model_validate({"share": 0.05, "time": f"{10.0**power} s"}) for power in decades)
+        return self.model_copy(update={"branches": branches})
 
     def initial_states(self, initial_volume_fraction: float) -> dict[str, float]:
         """No stress to relax at the start."""

@@ -41,6 +41,7 @@ class ConstantShear(ShearLaw):
     """W = G_t / 2 (C_13^2 + C_23^2). The paper has no such stress, and without it the layer is singular."""
 
     kind = "constant"
+    fitted = ("modulus",)
     modulus: PositiveStress = parameter("0.1 MPa", description="transverse shear modulus G_t")
 
     def energy(self, kinematics: Kinematics) -> Expression:

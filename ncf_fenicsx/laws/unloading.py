@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw, larger, smaller
@@ -26,6 +28,7 @@ class PermanentSet(UnloadingLaw):
     """
 
     kind = "permanent_set"
+    fitted: ClassVar[tuple[str, ...] | None] = ("set_share", "exponent")
     set_share: float = parameter(0.5, ge=0, lt=1, description="c: share of the largest gain of Vf that stays")
     exponent: float = parameter(3.0, ge=1, description="m: the larger, the steeper the first drop")
 
@@ -67,6 +70,7 @@ class PressureSet(PermanentSet):
     """
 
     kind = "pressure_set"
+    fitted = ("set_share", "exponent", "pressure_exponent")
     pressure_exponent: float = parameter(0.5, gt=0, description="k: how the share grows with the largest pressure")
     reference_pressure: PositiveStress = parameter("10 kPa", description="p_ref: largest pressure at which it is c")
 

@@ -147,6 +147,7 @@ class Scene(Settings):
             shear_modulus=laws.shear.small_strain_modulus,
             initial_pressure=real(lambda vf: laws.compaction.pressure(vf, vf), initial),
             has_fibres=laws.solid is None,
+            layer_thickness=self.stack.thickness,
         )
 
     @property

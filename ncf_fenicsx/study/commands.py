@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +9,7 @@ import typer
 
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.terminal import say
+from ncf_fenicsx.workers.options import Cluster, Scheduler, Workers
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="Scene file.")]
 Overrides = Annotated[
@@ -26,15 +26,19 @@ def stability_command(
     ] = None,
     refinement: Annotated[float, typer.Option(help="Each run is compared with steps this much smaller.", min=1)] = 4,
     limit: Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)] = 600,
-    workers: Annotated[int, typer.Option(help="Runs at a time.", min=1)] = os.cpu_count() or 1,
+    scheduler: Scheduler = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
 ) -> None:
-    """Push a scene in every direction, one run after the other; a table, and a map of what held and what did not."""
+    """Push a scene in every direction; a table, and a map of what held and what did not."""
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.study.stability import study_stability
     from ncf_fenicsx.study.stability_runner import Runner
+    from ncf_fenicsx.workers.cluster import place_for
 
-    folder = out or Path("results") / f"{file.stem}_stability"
-    say(study_stability(scene, Runner(file, folder, tuple(overrides or ()), refinement, limit, workers), axes))
+    folder, texts = out or Path("results") / f"{file.stem}_stability", tuple(overrides or ())
+    place = place_for(file, texts, scheduler, cluster, workers, 1)
+    say(study_stability(scene, Runner(file, folder, texts, refinement, limit, place), axes))
 
 
 def error_time_command(

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
-from ncf_fenicsx.study.launch import folder_name
 from ncf_fenicsx.tools.rigid_surface import RigidSurface
 from ncf_fenicsx.units import PenaltyStiffness
+from ncf_fenicsx.workers.launch import folder_name
 
 TOGETHER = "all refined together"
 IN_PLANE = (0.25, 0.5, 1.0, 2.0, 4.0)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rich.progress import track
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.closing import drawn_or_told
@@ -15,20 +14,74 @@ from ncf_fenicsx.report.page import PAGE
 from ncf_fenicsx.report.reading import read_history
 from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
-from ncf_fenicsx.study.launch import BARE, Ended, chosen, launch
 from ncf_fenicsx.study.machine import machine
 from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
-from ncf_fenicsx.study.table import Row, Table
 from ncf_fenicsx.study.work_precision import draw_work_precision
+from ncf_fenicsx.workers.cluster import Place
+from ncf_fenicsx.workers.engine import Outcome, run_missing
+from ncf_fenicsx.workers.launch import BARE, Ended, launch
+from ncf_fenicsx.workers.rows import Point, Row, read_rows, write_rows
 
 MEASURED = ("force_N", "vf_max", "void_m3")
 """Largest of a run: force on the first tool, Vf, and volume of all voids."""
 COST = ("seconds", "seconds_cpu", "memory_mb", "iterations", "steps", "unknowns", "ranks")
 COLUMNS = ("method", "level", "ending", "reason", *MEASURED, "vf_estimate", *COST)
 ERRORS = ("force_error", "vf_max_error", "void_error", "vf_field_error", "effectivity")
+INPUTS = COLUMNS[:2]
 REFERENCE = ("quantity", "limit", "observed_order", "off_the_finest")
 TARGETS = (0.05, 0.02, 0.01)
+
+
+@dataclass(frozen=True)
+class VariantWork:
+    """What a worker does with a variant of a scene.
+
+    Attributes:
+        file: the scene's file.
+        folder: for the runs.
+        overrides: of the scene, for all variants.
+        limit: wall time in s after which a run is ended.
+        through: whether meshes are refined through the layers too.
+        variants: by their points.
+    """
+
+    file: Path
+    folder: Path
+    overrides: tuple[str, ...]
+    limit: float
+    through: bool
+    variants: dict[Point, Variant]
+
+    def __call__(self, point: Point) -> Outcome:
+        """Outcome of the variant of a point."""
+        variant = self.variants[point]
+        overrides = (*self.overrides, *variant.overrides, *BARE)
+        ended = launch(self.file, self.folder / variant.name, overrides, self.limit, variant.command, variant.ranks)
+        outcome = {"ending": ended.ending, "reason": ended.reason}
+        return outcome | (self._figures(ended) if ended.ending == "done" else {})
+
+    def _figures(self, ended: Ended) -> Outcome:
+        """What a run that is done tells; its estimate is of what the reference refines."""
+        estimate = "vf_error" if self.through else "vf_error_in_plane"
+        history, record = read_history(ended.folder / "history.csv"), ended.record
+        voids = [history[name] for name in history.dtype.names if name.startswith("void_volume")]
+        cost = {
+            "seconds": f"{record['seconds_total'] - record['seconds']['forms']:.3f}",
+            "seconds_cpu": f"{record['seconds_cpu']:.3f}",
+            "memory_mb": f"{record['peak_memory_mb']:.0f}",
+            "iterations": str(record.get("newton_iterations", record.get("explicit", {}).get("steps"))),
+            "steps": str(record["steps"]),
+            "unknowns": str(record["unknowns"]),
+            "ranks": str(record["ranks"]),
+        }
+        return cost | {
+            "force_N": f"{history['tool_force'].max():.8g}",
+            "vf_max": f"{history['vf_max'].max():.8g}",
+            "void_m3": f"{np.sum(voids, axis=0).max() if voids else 0.0:.8g}",
+            "vf_estimate": f"{history[estimate][-1]:.3g}",
+        }
 
 
 @dataclass(frozen=True)
@@ -66,12 +119,12 @@ class ErrorTime:
         variants = Variants(scene, self.along_y, self.levels, self.through).all()
         wanted = {TOGETHER} | chosen((variant.method for variant in variants), methods, "method")
         weighed = [variant for variant in variants if variant.method in wanted]
-        self.folder.mkdir(parents=True, exist_ok=True)
-        known = self._runs.known()
-        for variant in track([one for one in weighed if (one.method, one.level) not in known], "runs"):
-            self._runs.append(self._measured(variant))
+        points: dict[Point, Variant] = {(one.method, one.level): one for one in weighed}
+        work = VariantWork(self.file.resolve(), self._runs.resolve(), self.overrides, self.limit, self.through, points)
+        with Place(workers=1).opened() as connection:
+            run_missing(points, INPUTS, COLUMNS[len(INPUTS) :], work, connection, self._table)
         rows = self._weighed(weighed, scene)
-        Table(self.folder / "error_time.csv", (*COLUMNS, *ERRORS), ("method", "level")).write(rows)
+        write_rows(self.folder / "error_time.csv", (*COLUMNS, *ERRORS), rows)
         title = f"{scene.title}: error against run time, {machine()}"
         draw_work_precision(rows, title, self.folder / "error_time.png")
         told = drawn_or_told(self.folder, {PAGE: write_study})
@@ -79,44 +132,19 @@ class ErrorTime:
         return "\n".join(words)
 
     @property
-    def _runs(self) -> Table:
-        return Table(self.folder / "runs.csv", COLUMNS, ("method", "level"))
+    def _table(self) -> Path:
+        return self.folder / "runs.csv"
 
-    def _measured(self, variant: Variant) -> Row:
-        """Run a variant; its row."""
-        overrides = (*self.overrides, *variant.overrides, *BARE)
-        ended = launch(self.file, self._folder_of(variant), overrides, self.limit, variant.command, variant.ranks)
-        row = dict.fromkeys(COLUMNS, "") | {"method": variant.method, "level": variant.level}
-        row |= {"ending": ended.ending, "reason": ended.reason}
-        return row | (self._figures(ended) if ended.ending == "done" else {})
-
-    def _figures(self, ended: Ended) -> Row:
-        """What a run that is done tells; its estimate is of what the reference refines."""
-        estimate = "vf_error" if self.through else "vf_error_in_plane"
-        history, record = read_history(ended.folder / "history.csv"), ended.record
-        voids = [history[name] for name in history.dtype.names if name.startswith("void_volume")]
-        cost = {
-            "seconds": f"{record['seconds_total'] - record['seconds']['forms']:.3f}",
-            "seconds_cpu": f"{record['seconds_cpu']:.3f}",
-            "memory_mb": f"{record['peak_memory_mb']:.0f}",
-            "iterations": str(record.get("newton_iterations", record.get("explicit", {}).get("steps"))),
-            "steps": str(record["steps"]),
-            "unknowns": str(record["unknowns"]),
-            "ranks": str(record["ranks"]),
-        }
-        return cost | {
-            "force_N": f"{history['tool_force'].max():.8g}",
-            "vf_max": f"{history['vf_max'].max():.8g}",
-            "void_m3": f"{np.sum(voids, axis=0).max() if voids else 0.0:.8g}",
-            "vf_estimate": f"{history[estimate][-1]:.3g}",
-        }
+    @property
+    def _runs(self) -> Path:
+        return self.folder / "runs"
 
     def _folder_of(self, variant: Variant) -> Path:
-        return self.folder / "runs" / variant.name
+        return self._runs / variant.name
 
     def _weighed(self, variants: list[Variant], scene: Scene) -> list[Row]:
         """Rows of the variants with their errors."""
-        rows = {(row["method"], row["level"]): row for row in self._runs.rows()}
+        rows = {(row["method"], row["level"]): row for row in read_rows(self._table)}
         levels = [variant for variant in variants if variant.method == TOGETHER]
         refined = [rows[variant.method, variant.level] for variant in levels]
         if any(row["ending"] != "done" for row in refined):
@@ -139,8 +167,8 @@ class ErrorTime:
 
     def _write_limits(self, limits: dict[str, Extrapolated]) -> None:
         rows = [(name, str(one.value), str(one.order), str(one.uncertainty)) for name, one in limits.items()]
-        table = Table(self.folder / "reference.csv", REFERENCE, ("quantity",))
-        table.write([dict(zip(REFERENCE, row, strict=True)) for row in rows])
+        named = [dict(zip(REFERENCE, row, strict=True)) for row in rows]
+        write_rows(self.folder / "reference.csv", REFERENCE, named)
 
 
 def _errors(row: Row, limits: dict[str, Extrapolated], finest: bool) -> Row:

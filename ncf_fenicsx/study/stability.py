@@ -7,10 +7,11 @@ from ncf_fenicsx.report.closing import drawn_or_told
 from ncf_fenicsx.report.page import PAGE
 from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.study.launch import chosen
+from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.stability_grid import stability_grid
 from ncf_fenicsx.study.stability_map import ACCURATE, draw_map
-from ncf_fenicsx.study.stability_runner import Row, Runner
+from ncf_fenicsx.study.stability_runner import Runner
+from ncf_fenicsx.workers.rows import Row
 
 
 def study_stability(scene: Scene, runner: Runner, axes: list[str] | None = None) -> str:
@@ -25,7 +26,8 @@ def study_stability(scene: Scene, runner: Runner, axes: list[str] | None = None)
         What the rows come to.
 
     Raises:
-        SceneError: the scene's path does not begin with one tool going down, or an axis is unknown.
+        SceneError: the scene's path does not begin with one tool going down, an axis is unknown, or the scheduler does
+            not answer.
     """
     if len(scene.tool) != 1 or not (scene.tool[0].path[0].travel or (0, 0, 0))[2] < 0:
         raise SceneError("study stability: expected a scene with one tool whose path begins with a travel down")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.study.launch import folder_name
+from ncf_fenicsx.workers.launch import folder_name
 
 MM = 1e3
 

@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from ncf_fenicsx.study.stability_runner import Row
+from ncf_fenicsx.workers.rows import Row
 
 COLOURS = {
     "done": "#a6d96a",

@@ -1,19 +1,18 @@
-"""Runs of cases in processes of their own, several at a time; a table with a row for each that can be resumed."""
+"""Cases of a scene, each run by a worker; a table with a row for each that can be resumed."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.progress import track
-
 from ncf_fenicsx.report.reading import read_record
-from ncf_fenicsx.study.launch import BARE, Ended, launch
 from ncf_fenicsx.study.stability_grid import Case
-from ncf_fenicsx.study.table import Row, Table
+from ncf_fenicsx.workers.cluster import Place
+from ncf_fenicsx.workers.engine import Outcome, run_missing
+from ncf_fenicsx.workers.launch import BARE, Ended, launch
+from ncf_fenicsx.workers.rows import Point, Row, read_rows
 
 COLUMNS = (
     "axis",
@@ -35,17 +34,20 @@ COLUMNS = (
 )
 
 
+INPUTS = COLUMNS[:3]
+
+
 @dataclass(frozen=True)
-class Runner:
-    """Runs cases of a scene.
+class CaseWork:
+    """What a worker does with a case: runs it, and again with smaller steps.
 
     Attributes:
         scene: its file.
-        folder: for the table and the runs.
+        folder: for the runs.
         overrides: of the scene, for all cases.
         refinement: factor on the steps of the run that each case is compared with.
         limit: wall time in s after which a run is ended.
-        workers: runs at a time.
+        cases: by their points.
     """
 
     scene: Path
@@ -53,26 +55,13 @@ class Runner:
     overrides: tuple[str, ...]
     refinement: float
     limit: float
-    workers: int
+    cases: dict[Point, Case]
 
-    @property
-    def table(self) -> Table:
-        """A row for each case."""
-        return Table(self.folder / "stability.csv", COLUMNS, ("axis", "value"))
+    def __call__(self, point: Point) -> Outcome:
+        """Outcome of the case of a point, and its force against the same with smaller steps."""
+        return self._measured(self.cases[point])
 
-    def run(self, cases: Iterable[Case]) -> list[Row]:
-        """Run the cases that the table does not have yet; all its rows."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        known = self.table.known()
-        missing = [case for case in cases if (case.axis, case.value) not in known]
-        with ThreadPoolExecutor(self.workers) as pool:
-            started = [pool.submit(self.measured, case) for case in missing]
-            for done in track(as_completed(started), "runs", total=len(started)):
-                self.table.append(done.result())
-        return self.table.rows()
-
-    def measured(self, case: Case) -> Row:
-        """A case, and its force against the same with smaller steps."""
+    def _measured(self, case: Case) -> Outcome:
         row = self._one(case, "")
         if row["ending"] != "done":
             return row
@@ -91,23 +80,58 @@ class Runner:
 
     def _mean_step(self, case: Case) -> float:
         """Mean step in s of a case's run that has ended."""
-        record = read_record(self.folder / "runs" / case.name)
+        record = read_record(self.folder / case.name)
         return float(record["time"] / record["steps"])
 
-    def _one(self, case: Case, suffix: str, more: tuple[str, ...] = ()) -> Row:
-        out = self.folder / "runs" / (case.name + suffix)
+    def _one(self, case: Case, suffix: str, more: tuple[str, ...] = ()) -> Outcome:
+        out = self.folder / (case.name + suffix)
         ended = launch(self.scene, out, (*self.overrides, *case.overrides, *more, *BARE), self.limit)
         if ended.ending in ("time limit", "error"):
-            return _row(case, ending=ended.ending, reason=ended.reason)
-        return _row(case, **_result(ended))
+            return {"ending": ended.ending, "reason": ended.reason}
+        return _result(ended)
 
 
-def _row(case: Case, **values: str) -> Row:
-    row = dict.fromkeys(COLUMNS, "")
-    return row | {"axis": case.axis, "value": case.value, "sound": str(case.sound).lower()} | values
+@dataclass(frozen=True)
+class Runner:
+    """Runs cases of a scene.
+
+    Attributes:
+        scene: its file.
+        folder: for the table and the runs.
+        overrides: of the scene, for all cases.
+        refinement: factor on the steps of the run that each case is compared with.
+        limit: wall time in s after which a run is ended.
+        place: where runs are done.
+    """
+
+    scene: Path
+    folder: Path
+    overrides: tuple[str, ...]
+    refinement: float
+    limit: float
+    place: Place
+
+    @property
+    def table(self) -> Path:
+        """File with a row for each case."""
+        return self.folder / "stability.csv"
+
+    def run(self, cases: Iterable[Case]) -> list[Row]:
+        """Run the cases that the table does not have yet; all its rows.
+
+        Raises:
+            SceneError: the scheduler does not answer, or the table has other columns.
+            ResultError: rows cannot be written, or the scheduler has gone.
+        """
+        points: dict[Point, Case] = {(case.axis, case.value, str(case.sound).lower()): case for case in cases}
+        runs = self.folder.resolve() / "runs"
+        work = CaseWork(self.scene.resolve(), runs, self.overrides, self.refinement, self.limit, points)
+        with self.place.opened() as connection:
+            run_missing(points, INPUTS, COLUMNS[len(INPUTS) :], work, connection, self.table)
+        return list(read_rows(self.table))
 
 
-def _result(ended: Ended) -> Row:
+def _result(ended: Ended) -> Outcome:
     """What a run's folder says."""
     record, file = ended.record, ended.folder / "history.csv"  # which there is none of where a stack does not settle
     rows = list(csv.DictReader(file.read_text("utf-8").splitlines())) if file.exists() else []

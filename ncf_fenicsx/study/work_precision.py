@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ncf_fenicsx.report.study_panels import ERRORS, LEAST, front
-from ncf_fenicsx.study.table import Row
+from ncf_fenicsx.workers.rows import Row
 
 MARKERS = "osD^v<>PX*hp"
 

@@ -6,43 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.progress import track
-
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.safe_files import replace, told
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.simulation.preview import expected_memory
-from ncf_fenicsx.sweeps.cluster import Connection, Place
-from ncf_fenicsx.sweeps.engine import ENDING, REASON, Work, results
-from ncf_fenicsx.sweeps.inputs import Reader
+from ncf_fenicsx.sweeps.inputs import Column, Reader
 from ncf_fenicsx.sweeps.outcomes import MEASURES
 from ncf_fenicsx.sweeps.plans import Plan
-from ncf_fenicsx.sweeps.rows import Rows
 from ncf_fenicsx.sweeps.scene_work import SceneWork
+from ncf_fenicsx.workers.cluster import Place
+from ncf_fenicsx.workers.engine import ENDING, REASON, Work, run_missing
 
 ROWS, SCENE, RUN = "rows.csv", "scene.toml", "run"
-
-
-def run_points(plan: Plan, work: Work, connection: Connection, rows: Path, outcomes: Sequence[str]) -> None:
-    """Run the points of a plan that have no row yet.
-
-    Args:
-        plan: which points.
-        work: what a worker does with each.
-        connection: to the scheduler of the workers.
-        rows: CSV file that gets a row when a run has ended.
-        outcomes: its headings beside those of the inputs; of work that does not tell one the cell is empty.
-
-    Raises:
-        SceneError: the file has rows of other inputs, or another study writes it.
-        ResultError: rows cannot be written, or the scheduler has gone.
-    """
-    headings = [column.heading for column in plan.columns]
-    with Rows(rows, headings, outcomes) as file:
-        missing = [point for point in dict.fromkeys(plan.points()) if point not in file.known]
-        for point, outcome in track(results(connection, work, missing), "runs", total=len(missing)):
-            file.append(dict.fromkeys(outcomes, "") | dict(zip(headings, point, strict=True)) | outcome)
 
 
 @dataclass(frozen=True)
@@ -80,32 +54,26 @@ class Campaign:
             SceneError: the folder has runs of another scene, or the scheduler does not answer.
             ResultError: rows cannot be written, or the scheduler has gone.
         """
+        outcomes = [RUN, *(measure.heading for measure in MEASURES), ENDING, REASON]
+        self.hand_over(plan, self.work(plan.columns), self.rows, outcomes)
+
+    def work(self, columns: tuple[Column, ...]) -> SceneWork:
+        """What a worker does with a point of these columns."""
+        runs = self.folder.resolve() / "runs"
+        return SceneWork(self.file.resolve(), runs, self.overrides, columns, self.limit, self.place.ranks)
+
+    def hand_over(self, plan: Plan, work: Work, rows: Path, outcomes: Sequence[str]) -> None:
+        """Do some work with what is missing of a plan; a row for each point in a file of its own.
+
+        Raises:
+            SceneError: the folder has runs of another scene, or the scheduler does not answer.
+            ResultError: rows cannot be written, or the scheduler has gone.
+        """
         text, kept = Scene.read(self.file, self.overrides).to_toml(), self.folder / SCENE
         if kept.exists() and kept.read_text("utf-8") != text:
             raise SceneError(f"{self.folder}: has runs of another scene; name another folder with --out")
-        runs, ranks = self.folder.resolve() / "runs", self.place.ranks
-        work = SceneWork(self.file.resolve(), runs, self.overrides, plan.columns, self.limit, ranks)
-        outcomes = [RUN, *(measure.heading for measure in MEASURES), ENDING, REASON]
         with self.place.opened() as connection:
             with told(self.folder):
                 self.folder.mkdir(parents=True, exist_ok=True)
             replace(kept, lambda path: path.write_text(text, encoding="utf-8"))
-            run_points(plan, work, connection, self.rows, outcomes)
-
-
-def place_for(
-    file: Path,
-    overrides: tuple[str, ...],
-    scheduler: str | None,
-    cluster: str | None,
-    workers: int | None,
-    ranks: int,
-) -> Place:
-    """Where runs of a scene are done, with the memory that each needs.
-
-    Raises:
-        SceneError: the scene is not valid, or the options do not go together.
-    """
-    scene = Scene.read(file, overrides)
-    memory = expected_memory(scene, 3 * size_of(scene).nodes)
-    return Place(scheduler, cluster, workers, ranks, memory)
+            run_missing(plan.points(), plan.headings, outcomes, work, connection, rows)

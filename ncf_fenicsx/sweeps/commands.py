@@ -9,6 +9,7 @@ import typer
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.terminal import say
+from ncf_fenicsx.workers.options import Cluster, Ranks, Scheduler, Workers
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="Scene file.")]
 Overrides = Annotated[
@@ -20,12 +21,6 @@ Varied = Annotated[
 ]
 Limit = Annotated[float, typer.Option(help="Wall time in s after which a run is ended.", min=1)]
 Seed = Annotated[int, typer.Option(help="The same one gives the same points.", min=0)]
-Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler that stands.")]
-Cluster = Annotated[str | None, typer.Option(metavar="slurm|pbs|lsf", help="Runs as jobs of a batch system.")]
-Workers = Annotated[
-    int | None, typer.Option(help="Runs at a time; as many as cores and memory allow unless given.", min=1)
-]
-Ranks = Annotated[int, typer.Option(help="Processes of each run.", min=1)]
 
 
 def sweep_command(
@@ -49,10 +44,11 @@ def sweep_command(
     if bool(varied) == (listed is not None) or plan not in ("grid", "latin"):
         raise SceneError("study sweep: expected either --vary, with --plan grid or latin, or --list FILE.csv")
     from ncf_fenicsx.sweeps import plans
-    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.campaign import Campaign
     from ncf_fenicsx.sweeps.inputs import read_inputs
     from ncf_fenicsx.sweeps.ranges import parse_vary
     from ncf_fenicsx.sweeps.sweep import inputs_of_list, sweep
+    from ncf_fenicsx.workers.cluster import place_for
 
     texts = tuple(overrides or ())
     place = place_for(file, texts, scheduler, cluster, workers, ranks)
@@ -83,10 +79,11 @@ def sensitivity_command(
     ranks: Ranks = 1,
 ) -> None:
     """Which inputs move the results: Morris's screening, or Sobol's indices with confidence."""
-    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.campaign import Campaign
     from ncf_fenicsx.sweeps.inputs import read_inputs
     from ncf_fenicsx.sweeps.ranges import parse_vary
     from ncf_fenicsx.sweeps.sensitivity import Design, sensitivity
+    from ncf_fenicsx.workers.cluster import place_for
 
     if not varied:
         raise SceneError("study sensitivity: expected --vary KEY=LOW..HIGH UNIT, once for each input")
@@ -106,6 +103,10 @@ def uncertainty_command(
     fit: Annotated[
         Path | None, typer.Option(metavar="FABRIC.toml", help="Numbers of its laws, with the covariance of their fit.")
     ] = None,
+    accuracy: Annotated[
+        str | None,
+        typer.Option(metavar="SHARE", help="Refine the run in the middle to that, for the numerical error, as '2 %'."),
+    ] = None,
     method: Annotated[str, typer.Option(help="direct, or by a surrogate: chaos, kriging.")] = "chaos",
     runs: Annotated[int, typer.Option(help="Runs.", min=1)] = 100,
     out: Annotated[Path | None, typer.Option(help="Folder; results/NAME_uncertainty unless given. Resumed.")] = None,
@@ -118,9 +119,11 @@ def uncertainty_command(
     ranks: Ranks = 1,
 ) -> None:
     """How sure the results are, given how sure the inputs are: distributions of force, Vf, voids and wrinkles."""
-    from ncf_fenicsx.sweeps.campaign import Campaign, place_for
+    from ncf_fenicsx.sweeps.campaign import Campaign
     from ncf_fenicsx.sweeps.distributions import of_fit, parse_uncertain
+    from ncf_fenicsx.sweeps.numerics import asked_tolerance
     from ncf_fenicsx.sweeps.uncertainty import Draw, uncertainty
+    from ncf_fenicsx.workers.cluster import place_for
 
     if not varied and fit is None:
         raise SceneError("study uncertainty: expected --vary KEY=KIND(NUMBERS), or --fit FABRIC.toml, or both")
@@ -130,7 +133,8 @@ def uncertainty_command(
     inputs = [parse_uncertain(campaign.reader, text) for text in varied or ()]
     if fit is not None:
         inputs.append(of_fit(campaign.reader, fit))
-    say(uncertainty(campaign, Draw.of(inputs, method, runs, seed)))
+    draw = Draw.of(inputs, method, runs, seed)
+    say(uncertainty(campaign, draw, None if accuracy is None else asked_tolerance(campaign, accuracy)))
 
 
 def add_to(study: typer.Typer) -> None:

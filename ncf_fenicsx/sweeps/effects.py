@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.sweeps.inputs import Input, Point, number_of
+from ncf_fenicsx.sweeps.inputs import Input, number_of
 from ncf_fenicsx.sweeps.samples import Samples
+from ncf_fenicsx.workers.rows import Point
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -14,9 +14,8 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.sweeps.ranges import Vary, split_unit
 from ncf_fenicsx.units import parse_number, parse_quantity
+from ncf_fenicsx.workers.rows import Point
 
-Point = tuple[str, ...]
-"""Values of all columns in SI, as text: what a row of the results begins with, and what tells runs apart."""
 DIGITS = 12
 """Digits of a value that a plan has chosen: what a row says is what is run."""
 

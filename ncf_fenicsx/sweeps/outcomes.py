@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.report.reading import read_history
-from ncf_fenicsx.study.launch import Ended
-from ncf_fenicsx.sweeps.engine import ENDING, REASON, Outcome
+from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
+from ncf_fenicsx.workers.launch import Ended
 
 Floats = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from ncf_fenicsx.output.safe_files import replace
-from ncf_fenicsx.sweeps.rows import read_rows
 from ncf_fenicsx.units import parse_number
+from ncf_fenicsx.workers.rows import read_rows
 
 UNIT = re.compile(r"(?P<name>.*?)(?: \[(?P<unit>[^\]]*)\])?")
 AT_A_TIME = 1000

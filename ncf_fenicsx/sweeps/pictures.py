@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.sweeps.effects import Effect, effects
 from ncf_fenicsx.sweeps.estimates import Estimates
-from ncf_fenicsx.sweeps.inputs import Input, Point, number_of
+from ncf_fenicsx.sweeps.inputs import Input, number_of
 from ncf_fenicsx.sweeps.interactions import interactions
 from ncf_fenicsx.sweeps.outcomes import Measure
 from ncf_fenicsx.sweeps.samples import Samples
+from ncf_fenicsx.workers.rows import Point
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from scipy.stats import qmc
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.scene.scene_file import decoded
-from ncf_fenicsx.sweeps.inputs import Column, Input, Point, Reader
+from ncf_fenicsx.sweeps.inputs import Column, Input, Reader
+from ncf_fenicsx.workers.rows import Point
 
 HEADING = re.compile(r"(?P<key>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 
@@ -34,6 +35,11 @@ class Plan:
     columns: tuple[Column, ...]
     count: int
     points: Callable[[], Iterator[Point]]
+
+    @property
+    def headings(self) -> list[str]:
+        """Of the columns in a table."""
+        return [column.heading for column in self.columns]
 
 
 def grid(inputs: list[Input]) -> Plan:

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.sweeps.engine import ENDING
-from ncf_fenicsx.sweeps.inputs import Input, Point
-from ncf_fenicsx.sweeps.rows import read_rows
+from ncf_fenicsx.sweeps.inputs import Input
+from ncf_fenicsx.workers.engine import ENDING
+from ncf_fenicsx.workers.rows import Point, read_rows
 
 Floats = NDArray[np.float64]
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ncf_fenicsx.output.safe_files import replace
-from ncf_fenicsx.study.launch import BARE, launch
-from ncf_fenicsx.sweeps.engine import Outcome
-from ncf_fenicsx.sweeps.inputs import Column, Point
+from ncf_fenicsx.sweeps.inputs import Column
 from ncf_fenicsx.sweeps.outcomes import measured
+from ncf_fenicsx.workers.engine import Outcome
+from ncf_fenicsx.workers.launch import BARE, launch
+from ncf_fenicsx.workers.rows import Point
 
 OUTCOME = "outcome.json"
 """Written when a run has ended: a run whose row got lost on its way is not run again."""

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
-from ncf_fenicsx.sweeps import germs, surrogate
+from ncf_fenicsx.sweeps import germs, numerics, surrogate
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.distributions import Uncertain
 from ncf_fenicsx.sweeps.effects import shares_in_words
 from ncf_fenicsx.sweeps.estimates import CONFIDENCE, Estimate, Estimates
 from ncf_fenicsx.sweeps.findings import distribution_panels, write_findings
-from ncf_fenicsx.sweeps.inputs import Point
 from ncf_fenicsx.sweeps.outcomes import ERROR, RESULTS, Measure
 from ncf_fenicsx.sweeps.parquet import write_parquet
 from ncf_fenicsx.sweeps.pictures import draw_distributions
 from ncf_fenicsx.sweeps.plans import Plan, join
 from ncf_fenicsx.sweeps.samples import Samples
 from ncf_fenicsx.sweeps.tables import write_estimates
+from ncf_fenicsx.workers.rows import Point
 
 Floats = NDArray[np.float64]
 METHODS = ("direct", *surrogate.KINDS)
@@ -78,6 +78,12 @@ class Draw:
             values = [float(value) for value in row]
             yield join(one.at(values[ends[n] : ends[n + 1]]) for n, one in enumerate(self.inputs))
 
+    @property
+    def middle(self) -> Point:
+        """The point in the middle of all inputs."""
+        centre = {"normal": 0.0, "share": 0.5}
+        return join(one.at([centre[germ] for germ in one.germs]) for one in self.inputs)
+
     def distribution(self, values: Floats) -> tuple[Floats, surrogate.Surrogate | None]:
         """Values of a result as they are distributed, and the surrogate that they are drawn from.
 
@@ -115,8 +121,14 @@ def described(values: Floats, seed: int) -> Estimates:
     }
 
 
-def uncertainty(campaign: Campaign, draw: Draw) -> str:
+def uncertainty(campaign: Campaign, draw: Draw, tolerance: float | None = None) -> str:
     """Run what is missing of the points; a table, distributions and a sentence for each result.
+
+    Args:
+        campaign: runs them.
+        draw: the points.
+        tolerance: to which the run in the middle of the inputs is refined, for the numerical error of all; None to
+            leave that out.
 
     Raises:
         SceneError: the folder holds something else, or the scheduler does not answer.
@@ -140,10 +152,23 @@ def uncertainty(campaign: Campaign, draw: Draw) -> str:
     errors = samples.values[ERROR.heading]
     if np.isfinite(errors).any():
         lines.append(f"beside it, the mesh: the {ERROR.words} is {100 * np.nanmean(errors):.2g} % in the mean")
+    if tolerance is not None:
+        lines += _numerics_in_words(campaign, draw, tolerance, found)
     write_estimates(campaign.folder / "uncertainty.csv", [(measure, "", one) for measure, one in found.items()])
     draw_distributions(drawn, found, campaign.folder / "uncertainty.png")
     told = write_findings(campaign.folder, lines, distribution_panels(drawn, found, list(QUANTILES)))
     return "\n".join([*lines, *told, f"rows, table, picture and page in {campaign.folder}"])
+
+
+def _numerics_in_words(
+    campaign: Campaign, draw: Draw, tolerance: float, found: dict[Measure, Estimates]
+) -> Iterator[str]:
+    """The numerical error of each result beside the deviation that the inputs make."""
+    of_middle, ending = numerics.numerics(campaign, draw.plan.columns, draw.middle, tolerance)
+    yield f"the run in the middle of the inputs, by levels: {ending}"
+    for measure, one in of_middle.items():
+        deviation = found[measure]["deviation"].value if measure in found else 0.0
+        yield numerics.in_words(measure, one, deviation)
 
 
 def in_words(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from laws_by_number import VF0, law
 from program import DEMOS
+from raw_styles import MALFORMED
 from synthetic import AREA, PAPER, moved, press, specimens
 
 from ncf_fenicsx import Scene, SceneError
@@ -120,7 +121,7 @@ def test_curves_of_two_speeds_that_cross_are_refused_with_the_place():
 def test_other_tests_find_their_law(tmp_path, heading, x, y, family, expected):
     file = tmp_path / "raw.csv"
     file.write_text(heading + "\n" + "\n".join(f"{a};{b}" for a, b in zip(x, y, strict=True)), "utf-8")
-    words, _ = carry_out(order([file], tmp_path))
+    words, _ = carry_out(order([file], tmp_path, given=[*SPECIMEN, "thickness=1 mm"]))
     assert words.startswith(family)
     table = tomllib.loads((tmp_path / "mine.toml").read_text("utf-8"))
     assert expected in (words if family == "permeability" else str(table))
@@ -131,7 +132,6 @@ def test_other_tests_find_their_law(tmp_path, heading, x, y, family, expected):
     ("changes", "words"),
     [
         ({"laws": ["compaction=gutowsky"]}, "did you mean 'gutowski'?"),
-        ({"laws": ["compaction=table"]}, "expected one that is fitted: exponential, power"),
         ({"given": SPECIMEN[:2]}, "no areal density; expected --given areal_density='1425 g/m^2'"),
         ({"given": [*SPECIMEN, "layers=4"]}, "line 41: a thickness of 3.178 mm, and fibres of 3.184 mm"),
         ({"given": ["layer=2"]}, "--given layer=2: expected one of layers"),
@@ -150,6 +150,15 @@ def test_what_is_wrong_is_one_line_and_nothing_is_written(tmp_path, changes, wor
     assert not list(tmp_path.glob("mine*"))
 
 
+@pytest.mark.parametrize("name", MALFORMED)
+def test_of_a_malformed_file_nothing_is_written(tmp_path, name):
+    file = tmp_path / "raw.csv"
+    file.write_text(MALFORMED[name][0], "utf-8")
+    with pytest.raises(SceneError):
+        carry_out(order([file], tmp_path))
+    assert [path.name for path in tmp_path.iterdir()] == ["raw.csv"]
+
+
 def test_simulated_tests_give_the_data_back(tmp_path):
     rng = np.random.default_rng(2)
     tests = [press(PAPER, 1, 4, 1, rng), press(PAPER, 1, 8, 5, rng)]
@@ -158,6 +167,26 @@ def test_simulated_tests_give_the_data_back(tmp_path):
     assert holds, words
     assert words.count("| yes |") == 2
     assert tests[0].force.max() / AREA > 1e4 > VF0
+
+
+def test_a_table_of_moments_says_for_which_layers_it_holds(tmp_path):
+    file = tmp_path / "bent.csv"
+    file.write_text("Curvature [1/m];Moment [N]\n1;0.12\n2;0.24\n5;0.32\n", "utf-8")
+    with pytest.raises(SceneError, match="no thickness; expected --given thickness="):
+        carry_out(order([file], tmp_path))
+    words, _ = carry_out(order([file], tmp_path, given=["thickness=1 mm"]))
+    assert "it holds for layers of 1 mm" in words
+    scene = Scene.read(DEMOS / "roller.toml", [f"fabric={tmp_path / 'mine.toml'}"])
+    assert any("those of a layer of 1 mm, and layers of 2 mm have them times 2" in words for words in scene.cautions)
+    same = Scene.read(DEMOS / "roller.toml", [f"fabric={tmp_path / 'mine.toml'}", "stack.thickness=1 mm"])
+    assert not any("those of a layer" in words for words in same.cautions)
+
+
+def test_a_law_that_such_tests_do_not_tell_is_refused(tmp_path):
+    file = tmp_path / "bent.csv"
+    file.write_text("Thickness;1 mm\nCurvature [1/m];Moment [N]\n1;0.12\n2;0.24\n5;0.32\n", "utf-8")
+    with pytest.raises(SceneError, match="--law bending=mid_plane: expected one that such tests tell: table"):
+        carry_out(order([file], tmp_path, ["bending=mid_plane"]))
 
 
 @pytest.mark.parametrize(("travel", "force"), [([0, 0, 0, 0], [0, 1, 2, 3]), ([0, 0.1, 0.2, 0.3], [0, 0, 0, 0])])

@@ -9,7 +9,7 @@ from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.study.error_grid import TOGETHER, Variants
-from ncf_fenicsx.study.error_time import ErrorTime, advice
+from ncf_fenicsx.study.error_time import ErrorTime, VariantWork, advice
 from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.work_precision import front
 
@@ -125,6 +125,7 @@ def test_a_run_that_fails_is_a_row_and_a_reference_that_fails_is_told(tmp_path):
     variant = next(
         one for one in Variants(Scene.read(FILE, SMALL), True, 3, True).all() if one.method == "mesh in the plane"
     )
-    row = stopped._measured(variant)
+    work = VariantWork(FILE, tmp_path, stopped.overrides, 200, True, {("one", "1"): variant})
+    row = {"force_N": ""} | work(("one", "1"))
     assert (row["ending"], row["reason"], row["force_N"]) == ("stopped", "max_steps = 2 reached", "")
     assert TOGETHER == "all refined together"

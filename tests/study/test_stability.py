@@ -16,6 +16,8 @@ from ncf_fenicsx.study.stability import study_stability, summary
 from ncf_fenicsx.study.stability_grid import Case, stability_grid
 from ncf_fenicsx.study.stability_map import COLOURS, draw_map, verdict
 from ncf_fenicsx.study.stability_runner import COLUMNS, Runner
+from ncf_fenicsx.workers.cluster import Place
+from ncf_fenicsx.workers.rows import read_rows
 
 pytestmark = pytest.mark.serial
 FILE = DEMOS / "long_roller.toml"
@@ -36,14 +38,21 @@ def test_every_case_of_the_grid_is_a_valid_scene_with_a_name_of_its_own():
 
 
 def runner(folder, **changes):
-    values = {"scene": FILE, "folder": folder, "overrides": SMALL, "refinement": 2, "limit": 200, "workers": 2}
+    values = {
+        "scene": FILE,
+        "folder": folder,
+        "overrides": SMALL,
+        "refinement": 2,
+        "limit": 200,
+        "place": Place(workers=2),
+    }
     return Runner(**values | changes)
 
 
 def test_a_study_runs_what_is_missing_and_draws_its_map(tmp_path):
     scene = Scene.read(FILE, SMALL)
     words = study_stability(scene, runner(tmp_path), ["layers"])
-    rows = runner(tmp_path).table.rows()
+    rows = list(read_rows(runner(tmp_path).table))
     assert [row["ending"] for row in rows] == ["done"] * 3
     assert "3 of 3 runs with sound laws done" in words
     assert (tmp_path / "stability.png").stat().st_size > 1e4
@@ -55,7 +64,7 @@ def test_a_study_runs_what_is_missing_and_draws_its_map(tmp_path):
         writer.writeheader()
         writer.writerow(rows[0] | {"force_N": "1"})
     study_stability(scene, runner(tmp_path), ["layers"])
-    again = runner(tmp_path).table.rows()
+    again = list(read_rows(runner(tmp_path).table))
     assert len(again) == 3
     assert again[0]["force_N"] == "1"  # not run again
 
@@ -70,7 +79,8 @@ def test_a_run_that_stops_fails_or_takes_too_long_is_a_row_with_its_reason(tmp_p
     assert rows["stops"]["reference_force_N"] == ""
     assert rows["wrong"]["ending"] == "error"
     assert "stack.layers = -1" in rows["wrong"]["reason"]
-    assert runner(tmp_path, limit=0.5).measured(slow)["ending"] == "time limit"
+    (found,) = runner(tmp_path / "short", limit=0.5).run([slow])
+    assert found["ending"] == "time limit"
 
 
 def row(**changes):
@@ -106,7 +116,7 @@ def test_a_study_needs_a_tool_that_goes_down_and_known_axes(tmp_path):
 
 
 def test_a_run_ends_with_the_process_that_started_it(tmp_path):
-    words = "from ncf_fenicsx.study.launch import launch; from pathlib import Path; import sys; "
+    words = "from ncf_fenicsx.workers.launch import launch; from pathlib import Path; import sys; "
     words += "launch(Path(sys.argv[1]), Path(sys.argv[2]), (), 600.0)"
     study = subprocess.Popen([sys.executable, "-c", words, str(DEMOS / "roller.toml"), str(tmp_path / "run")])
     while not (tmp_path / "run" / "history.csv").exists():

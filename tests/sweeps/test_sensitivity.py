@@ -9,14 +9,14 @@ import stand_in_runs
 from ncf_fenicsx import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.sweeps import germs, morris, sobol, surrogate
-from ncf_fenicsx.sweeps.campaign import run_points
-from ncf_fenicsx.sweeps.cluster import Place
 from ncf_fenicsx.sweeps.inputs import Column, Input
 from ncf_fenicsx.sweeps.outcomes import FORCE
 from ncf_fenicsx.sweeps.pictures import draw_estimates
 from ncf_fenicsx.sweeps.plans import shared
 from ncf_fenicsx.sweeps.samples import Samples
 from ncf_fenicsx.sweeps.sensitivity import Design, in_words
+from ncf_fenicsx.workers.cluster import Place
+from ncf_fenicsx.workers.engine import run_missing
 
 pytestmark = pytest.mark.serial
 PARTS = (1 + 0.1 * math.pi**4 / 5) ** 2 / 2, 49 / 8, 8 * 0.01 * math.pi**8 / 225
@@ -32,7 +32,7 @@ def inputs(low, high):
 def through_the_engine(folder, work, design, varied):
     plan = shared(varied, design.shares)
     with Place(workers=1).opened() as connection:
-        run_points(plan, work, connection, folder / "rows.csv", ["y", "ending", "reason"])
+        run_missing(plan.points(), plan.headings, ["y", "ending", "reason"], work, connection, folder / "rows.csv")
     samples = Samples.read(folder / "rows.csv", ["a", "b", "c"], ["y"])
     return design.indices(samples.at(list(plan.points()), "y"))
 

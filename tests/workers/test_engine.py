@@ -14,9 +14,9 @@ import stand_in_runs
 from program import ROOT
 
 from ncf_fenicsx import SceneError
-from ncf_fenicsx.sweeps.cluster import Place, batch_cluster
-from ncf_fenicsx.sweeps.engine import results
-from ncf_fenicsx.sweeps.rows import read_rows
+from ncf_fenicsx.workers.cluster import Place, batch_cluster
+from ncf_fenicsx.workers.engine import results
+from ncf_fenicsx.workers.rows import read_rows
 
 pytestmark = pytest.mark.serial
 
@@ -108,15 +108,17 @@ RUN_ALL = """
 import sys
 from pathlib import Path
 import stand_in_runs
-from ncf_fenicsx.sweeps.campaign import run_points
-from ncf_fenicsx.sweeps.cluster import Place
+from ncf_fenicsx.workers.engine import run_missing
+from ncf_fenicsx.workers.cluster import Place
 from ncf_fenicsx.sweeps.inputs import Column
 from ncf_fenicsx.sweeps.plans import Plan
+
+OUTCOMES = ["y", "ending", "reason"]
 
 if __name__ == "__main__":
     plan = Plan((Column("a"),), 30, lambda: iter([(repr(float(number)),) for number in range(30)]))
     with Place(workers=2).opened() as connection:
-        run_points(plan, stand_in_runs.noted, connection, Path(sys.argv[1]), ["y", "ending", "reason"])
+        run_missing(plan.points(), plan.headings, OUTCOMES, stand_in_runs.noted, connection, Path(sys.argv[1]))
 """
 
 

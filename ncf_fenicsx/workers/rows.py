@@ -12,9 +12,10 @@ from types import TracebackType
 from typing import Self
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.output.safe_files import told
-from ncf_fenicsx.sweeps.inputs import Point
+from ncf_fenicsx.output.safe_files import replace, told
 
+Point = tuple[str, ...]
+"""Values of all inputs as text, quantities in SI: what a row begins with, and what tells runs apart."""
 Row = dict[str, str]
 
 
@@ -99,6 +100,22 @@ def read_rows(path: Path) -> Iterator[Row]:
     """Rows of a file, one at a time."""
     with path.open(newline="", encoding="utf-8") as file:
         yield from csv.DictReader(file)
+
+
+def write_rows(path: Path, headings: Sequence[str], rows: Sequence[Row]) -> None:
+    """Have these rows in a file, in place of any there are.
+
+    Raises:
+        ResultError: they cannot be written; the old ones stay.
+    """
+    replace(path, lambda beside: _write_all(beside, headings, rows))
+
+
+def _write_all(path: Path, headings: Sequence[str], rows: Sequence[Row]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, headings)
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 def _end_of_whole_lines(file: io.FileIO) -> int:

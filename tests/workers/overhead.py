@@ -1,6 +1,6 @@
 """What the engine costs: wall time and memory of many runs that do nothing. A script, not a test: it asserts nothing.
 
-docker/run env PYTHONPATH=tests python3 tests/sweeps/overhead.py [RUNS [WORKERS]]
+docker/run env PYTHONPATH=tests python3 tests/workers/overhead.py [RUNS [WORKERS]]
 """
 
 import resource
@@ -11,11 +11,11 @@ from pathlib import Path
 
 import stand_in_runs
 
-from ncf_fenicsx.sweeps.campaign import run_points
-from ncf_fenicsx.sweeps.cluster import Place
 from ncf_fenicsx.sweeps.inputs import Column, Input
 from ncf_fenicsx.sweeps.parquet import write_parquet
 from ncf_fenicsx.sweeps.plans import latin
+from ncf_fenicsx.workers.cluster import Place
+from ncf_fenicsx.workers.engine import run_missing
 
 
 def main(runs=1000, workers=2):
@@ -25,7 +25,9 @@ def main(runs=1000, workers=2):
         with Place(workers=workers).opened() as connection:
             before = memory()
             start = time.perf_counter()
-            run_points(plan, stand_in_runs.trivial, connection, rows, ["y", "ending", "reason"])
+            run_missing(
+                plan.points(), plan.headings, ["y", "ending", "reason"], stand_in_runs.trivial, connection, rows
+            )
             seconds = time.perf_counter() - start
         write_parquet(rows)
         print(f"{runs} runs, {workers} workers: {1e3 * seconds / runs:.2f} ms a run")

@@ -1,19 +1,19 @@
-"""The runs of a study: which are asked for, and each in processes of its own, so that the study goes on."""
+"""A run of a study in processes of its own, so that the study goes on however it ends."""
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reading import read_record
 
+RECORD = "run.json"
 BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and neither picture nor page."""
 
@@ -44,7 +44,13 @@ def folder_name(case: str) -> str:
 
 
 def launch(
-    scene: Path, folder: Path, overrides: tuple[str, ...], limit: float, command: str = "run", ranks: int = 1
+    scene: Path,
+    folder: Path,
+    overrides: tuple[str, ...],
+    limit: float,
+    command: str = "run",
+    ranks: int = 1,
+    record: str = RECORD,
 ) -> Ended:
     """Run a scene file with some values replaced.
 
@@ -55,9 +61,12 @@ def launch(
         limit: wall time in s after which it is ended.
         command: ``run`` or ``explicit``.
         ranks: processes that share the work.
+        record: file of the folder that says how it ended.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     words = [sys.executable, "-m", "ncf_fenicsx", command, str(scene), "--out", str(folder), "--overwrite"]
+    if command == "run":
+        words += ["--ranks", str(ranks)]
     for text in overrides:
         words += ["--set", text]
     if ranks > 1:
@@ -68,11 +77,11 @@ def launch(
         ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=limit, env=environment)
     except subprocess.TimeoutExpired:
         return Ended("time limit", f"not done in {limit:g} s", folder)
-    if ended.returncode not in (0, 1) or not (folder / "run.json").is_file():
+    if ended.returncode not in (0, 1) or not (folder / record).is_file():
         last = ended.stderr.strip().splitlines()
         return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
-    written = read_record(folder)
-    return Ended(written["ending"], written["reason"], folder)
+    written = json.loads((folder / record).read_text("utf-8"))
+    return Ended(written["ending"], written.get("reason", ""), folder)
 
 
 def _dying_with_its_parent(signal: str) -> list[str]:
@@ -81,17 +90,3 @@ def _dying_with_its_parent(signal: str) -> list[str]:
     A run that outlived its study would still write to a folder that the next one takes for its own.
     """
     return ["setpriv", "--pdeathsig", signal] if shutil.which("setpriv") else []
-
-
-def chosen(names: Iterable[str], beginnings: list[str] | None, option: str) -> set[str]:
-    """Names that begin with one of some texts; all without any.
-
-    Raises:
-        SceneError: no name begins with one of the texts; it names the option that gave them.
-    """
-    known = list(dict.fromkeys(names))
-    for text in beginnings or ():
-        if not any(name.startswith(text) for name in known):
-            found = ", ".join(known)
-            raise SceneError(f"--{option} {text}: no such {option}; expected the beginning of one of: {found}")
-    return {name for name in known if not beginnings or name.startswith(tuple(beginnings))}

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from asyncio import CancelledError
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 from distributed import wait
 from distributed.scheduler import KilledWorker
+from rich.progress import track
 
-from ncf_fenicsx.sweeps.cluster import Connection
-from ncf_fenicsx.sweeps.inputs import Point
+from ncf_fenicsx.workers.cluster import Connection
+from ncf_fenicsx.workers.rows import Point, Rows
 
 Outcome = dict[str, str]
 Work = Callable[[Point], Outcome]
@@ -21,6 +23,34 @@ Work = Callable[[Point], Outcome]
 ENDING, REASON = "ending", "reason"
 LOOK = 1.0
 """Seconds after which the scheduler is looked at where nothing has ended."""
+
+
+def run_missing(
+    points: Iterable[Point],
+    inputs: Sequence[str],
+    outcomes: Sequence[str],
+    work: Work,
+    connection: Connection,
+    rows: Path,
+) -> None:
+    """Run the points that have no row yet.
+
+    Args:
+        points: values of the inputs.
+        inputs: their headings.
+        outcomes: headings of what work comes to; where it does not tell one the cell is empty.
+        work: what a worker does with each point.
+        connection: to the scheduler of the workers.
+        rows: CSV file that gets a row when a run has ended.
+
+    Raises:
+        SceneError: the file has rows of other inputs, or another study writes it.
+        ResultError: rows cannot be written, or the scheduler has gone.
+    """
+    with Rows(rows, inputs, outcomes) as file:
+        missing = [point for point in dict.fromkeys(points) if point not in file.known]
+        for point, outcome in track(results(connection, work, missing), "runs", total=len(missing)):
+            file.append(dict.fromkeys(outcomes, "") | dict(zip(inputs, point, strict=True)) | outcome)
 
 
 def results(connection: Connection, work: Work, points: Iterable[Point]) -> Iterator[tuple[Point, Outcome]]:

@@ -5,7 +5,7 @@ import pytest
 
 from ncf_fenicsx import SceneError
 from ncf_fenicsx.sweeps.parquet import write_parquet
-from ncf_fenicsx.sweeps.rows import Rows, read_rows
+from ncf_fenicsx.workers.rows import Rows, read_rows
 
 pytestmark = pytest.mark.serial
 INPUTS, OUTCOMES = ["a [m]", "kind"], ["force [N]", "ending", "reason"]

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import dask_jobqueue
@@ -16,7 +17,10 @@ from distributed import Client, LocalCluster
 from distributed.system import MEMORY_LIMIT
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.safe_files import ResultError
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.simulation.preview import expected_memory
 
 BATCH_SYSTEMS = {
     "slurm": dask_jobqueue.SLURMCluster,
@@ -94,6 +98,24 @@ class Place:
             silence_logs=logging.CRITICAL,
             scheduler_kwargs={"allowed_failures": TRIES},
         )
+
+
+def place_for(
+    file: Path,
+    overrides: tuple[str, ...],
+    scheduler: str | None,
+    cluster: str | None,
+    workers: int | None,
+    ranks: int,
+) -> Place:
+    """Where runs of a scene are done, with the memory that each needs.
+
+    Raises:
+        SceneError: the scene is not valid, or the options do not go together.
+    """
+    scene = Scene.read(file, overrides)
+    memory = expected_memory(scene, 3 * size_of(scene).nodes)
+    return Place(scheduler, cluster, workers, ranks, memory)
 
 
 def batch_cluster(name: str, ranks: int, memory: float) -> Any:

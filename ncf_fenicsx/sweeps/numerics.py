@@ -1,0 +1,153 @@
+"""How far the runs of a study are off by their mesh, steps and penalties: one of them, refined until bars are small.
+
+The run in the middle of all inputs is done as the others are, and again by levels, each finer than the last
+(`accuracy`). A result of the runs is then off by its distance from the finest level, and the error bar of that at most.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ncf_fenicsx.accuracy.quantities import quantities_of
+from ncf_fenicsx.accuracy.sequence import checked_levels
+from ncf_fenicsx.output.results_folder import ACCURACY
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.sweeps.campaign import Campaign
+from ncf_fenicsx.sweeps.inputs import Column
+from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, WRINKLE, Measure
+from ncf_fenicsx.sweeps.plans import Plan
+from ncf_fenicsx.sweeps.scene_work import SceneWork, name_of
+from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
+from ncf_fenicsx.workers.launch import BARE, launch
+from ncf_fenicsx.workers.rows import Point, read_rows
+
+QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume", WRINKLE: "wrinkle_height"}
+"""Results with their names in ``[accuracy]``."""
+IN_TIME = 0.9
+"""Share of the wall time of a run after which its sequence takes the best answer: the rest is for that."""
+TOLERANCE = Column("accuracy.tolerance", "%")
+ROWS = "numerics.csv"
+KINDS = ("", "finest ", "bar of ")
+"""What headings of the row have before those of the results."""
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """A result of the run in the middle.
+
+    Attributes:
+        value: of the run as the others are.
+        finest: of the finest level.
+        bar: how far the limit of all levels is off that at most.
+    """
+
+    value: float
+    finest: float
+    bar: float
+
+    @property
+    def error(self) -> float:
+        """How far the runs are off at most."""
+        return abs(self.value - self.finest) + self.bar
+
+
+@dataclass(frozen=True)
+class NumericsWork:
+    """Runs a scene as a study does, and by levels, at a point that ends with the tolerance of the levels.
+
+    Attributes:
+        plain: runs it as the study does.
+        quantities: of ``[accuracy]``, whose bars are asked for.
+    """
+
+    plain: SceneWork
+    quantities: tuple[str, ...]
+
+    def __call__(self, point: Point) -> Outcome:
+        """Values as in the study, values of the finest level, and their bars."""
+        work = self.plain
+        found = work(point[:-1])
+        if found[ENDING] != "done":
+            return {key: found[key] for key in (ENDING, REASON)}
+        varied = [column.override(value) for column, value in zip((*work.columns, TOLERANCE), point, strict=True)]
+        asked = {"quantities": list(self.quantities), "most_time": f"{IN_TIME * work.limit} s"}
+        levels = [f"accuracy.{key}={json.dumps(value)}" for key, value in asked.items()]
+        folder, overrides = work.folder / f"{name_of(point)}_levels", (*work.overrides, *varied, *BARE, *levels)
+        ended = launch(work.file, folder, overrides, work.limit, ranks=work.ranks, record=ACCURACY)
+        if not (folder / ACCURACY).is_file():
+            return {ENDING: ended.ending, REASON: ended.reason}
+        record = json.loads((folder / ACCURACY).read_text("utf-8"))
+        return {ENDING: "done", REASON: record["ending"]} | _cells(found, record["quantities"])
+
+
+def _cells(found: Outcome, levels: Mapping[str, Any]) -> Outcome:
+    cells: Outcome = {}
+    for measure, name in QUANTITIES.items():
+        one = levels.get(name)
+        if one is not None and one["bar"] is not None:
+            cells[measure.heading] = found[measure.heading]
+            cells[f"finest {measure.heading}"] = f"{one['value']:.8g}"
+            cells[f"bar of {measure.heading}"] = f"{one['bar']:.8g}"
+    return cells
+
+
+def quantities_for(scene: Scene) -> tuple[str, ...]:
+    """Names in ``[accuracy]`` of the results that a scene has; wrinkles are left out, which few runs have."""
+    has = quantities_of(scene)
+    return tuple(name for measure, name in QUANTITIES.items() if has[name] and measure is not WRINKLE)
+
+
+def numerics_of(row: Mapping[str, str]) -> dict[Measure, Numerics]:
+    """Results of a row that `NumericsWork` has come to."""
+    found = {}
+    for measure in RESULTS:
+        cells = [row.get(f"{word}{measure.heading}", "") for word in KINDS]
+        if all(cells):
+            found[measure] = Numerics(*map(float, cells))
+    return found
+
+
+def asked_tolerance(campaign: Campaign, text: str) -> float:
+    """Largest bar over its size, as ``2 %`` says it.
+
+    Raises:
+        SceneError: it is no share, or the scene cannot be run by levels.
+    """
+    scene = Scene.read(campaign.file, (*campaign.overrides, f"accuracy.tolerance={json.dumps(text)}"))
+    assert scene.accuracy is not None
+    checked_levels(scene, scene.accuracy.model_copy(update={"quantities": quantities_for(scene)}))
+    return scene.accuracy.tolerance
+
+
+def numerics(
+    campaign: Campaign, columns: tuple[Column, ...], middle: Point, tolerance: float
+) -> tuple[dict[Measure, Numerics], str]:
+    """Results of the run in the middle, and how its levels ended.
+
+    Raises:
+        SceneError: the folder holds something else, or the scheduler does not answer.
+        ResultError: the row cannot be written, or the scheduler has gone.
+    """
+    point = (*middle, TOLERANCE.text(100 * tolerance))
+    plan = Plan((*columns, TOLERANCE), 1, lambda: iter([point]))
+    scene = Scene.read(campaign.file, campaign.overrides)
+    work = NumericsWork(campaign.work(columns), quantities_for(scene))
+    headings = [f"{word}{measure.heading}" for measure in RESULTS for word in KINDS]
+    campaign.hand_over(plan, work, campaign.folder / ROWS, [*headings, ENDING, REASON])
+    names = [column.heading for column in plan.columns]
+    row = next(row for row in read_rows(campaign.folder / ROWS) if tuple(row[name] for name in names) == point)
+    return numerics_of(row), row[REASON]
+
+
+def in_words(measure: Measure, one: Numerics, deviation: float) -> str:
+    """The numerical error beside what the inputs make."""
+    unit = f" {measure.unit}" if measure.unit else ""
+    words = f"{measure.words}: off by {one.error:.2g}{unit} at most by mesh, steps and penalties"
+    if not deviation > 0 or not math.isfinite(deviation):
+        return words
+    ratio = one.error / deviation
+    return f"{words}, {ratio:.2g} times the standard deviation that the inputs make ({deviation:.2g}{unit})"
