@@ -12,7 +12,7 @@ from pathlib import Path
 
 import gmsh
 
-from ncf_fenicsx.units import parse_number
+from ncf_fenicsx.parameters.units import parse_number
 
 SIDES = ("y_min", "x_max", "y_max", "x_min")
 

@@ -6,10 +6,10 @@ import numpy as np
 import ufl
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.kinds import kinds
 from ncf_fenicsx.laws.compaction import Exponential
 from ncf_fenicsx.laws.kinematics import Kinematics
 from ncf_fenicsx.laws.law import CompactionStep, number
+from ncf_fenicsx.parameters.kinds import kinds
 
 MM_PER_MIN = 1e-3 / 60
 VF0 = Scene.from_table({"duration": "1 s"}).stack.initial_volume_fraction

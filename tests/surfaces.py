@@ -6,7 +6,7 @@ from basix.ufl import element
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
-from ncf_fenicsx.kinds import kinds
+from ncf_fenicsx.parameters.kinds import kinds
 
 MM = 1e-3
 

@@ -8,15 +8,14 @@ from pathlib import Path
 import pytest
 
 import ncf_fenicsx
-from ncf_fenicsx.kinds import kinds
+from ncf_fenicsx.parameters.kinds import kinds
 from ncf_fenicsx.scene.laws import Laws
 
 pytestmark = pytest.mark.serial
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ROW = (
-    ("units", "errors", "terminal", "version"),
-    ("kinds",),
+    ("parameters", "errors", "terminal", "version"),
     ("laws",),
     ("tools",),
     ("scene",),
@@ -25,16 +24,13 @@ ROW = (
     ("mechanics",),
     ("solver", "output"),
     ("report",),
-    ("simulation", "export"),
-    ("workers",),
-    ("study", "calibration"),
-    ("accuracy",),
-    ("sweeps",),
+    ("simulation", "export", "workers"),
+    ("study", "calibration", "accuracy", "sweeps"),
     ("cli",),
 )
 """Folders, and the files beside them, in the order of the data's flow; neighbours in a row do not know each other."""
 PLACE = {name: place for place, names in enumerate(ROW) for name in names}
-MESH_FREE = {"units", "kinds", "errors", "version", "laws", "tools", "scene", "report", "export"}
+MESH_FREE = {"parameters", "errors", "version", "laws", "tools", "scene", "report", "export"}
 """Folders that know neither DOLFINx nor PETSc nor MPI."""
 
 

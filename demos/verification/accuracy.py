@@ -18,7 +18,7 @@ from ncf_fenicsx import Scene, simulation
 from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.levels import BELOW, Levels, learn
 from ncf_fenicsx.accuracy.sequence import FEWEST
-from ncf_fenicsx.study.reference_solution import VfField
+from ncf_fenicsx.report.reference_solution import VfField
 
 DEMOS = Path(__file__).parents[1]
 TOLERANCES = (0.05, 0.02, 0.01)

@@ -18,8 +18,8 @@ import numpy as np
 from ncf_fenicsx import Scene
 from ncf_fenicsx.mesh.equidistribution import constant_of
 from ncf_fenicsx.report.reading import read_history, read_record
+from ncf_fenicsx.report.reference_solution import VfField
 from ncf_fenicsx.study.machine import machine
-from ncf_fenicsx.study.reference_solution import VfField
 from ncf_fenicsx.workers.launch import BARE, folder_name, launch
 
 DEFAULT = {0.25: (30, 6), 0.5: (60, 12), 1: (120, 24)}

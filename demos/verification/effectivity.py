@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.report.reading import read_history
-from ncf_fenicsx.study.reference_solution import VfField
+from ncf_fenicsx.report.reference_solution import VfField
 from ncf_fenicsx.workers.launch import BARE, launch
 
 LIMIT = 3600.0

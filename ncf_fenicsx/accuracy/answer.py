@@ -12,8 +12,8 @@ from ncf_fenicsx.accuracy.cost import Cost
 from ncf_fenicsx.accuracy.extrapolation import Basis, Estimate, estimate, of_differences
 from ncf_fenicsx.accuracy.quantities import FIELD, QUANTITIES, measure
 from ncf_fenicsx.report.reading import read_history, read_record
+from ncf_fenicsx.report.reference_solution import VfField
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.study.reference_solution import VfField
 
 
 @dataclass(frozen=True)

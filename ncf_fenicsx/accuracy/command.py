@@ -10,11 +10,11 @@ from ncf_fenicsx.accuracy.cost import expected
 from ncf_fenicsx.accuracy.sequence import FEWEST, checked_levels, run
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.coarse_grid import coarse_scene
+from ncf_fenicsx.mesh.memory import expected_memory
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.results_folder import check_folder
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import as_written
-from ncf_fenicsx.simulation.preview import expected_memory
 from ncf_fenicsx.simulation.ranks import is_launched, ranks_that_pay, run_on
 from ncf_fenicsx.terminal import say
 
@@ -103,7 +103,7 @@ def _ranks_that_pay(scene: Scene) -> int:
     if scene.accuracy is None:
         scene = coarse_scene(scene) if scene.stack.is_automatic else scene
         unknowns = 3 * size_of(scene).nodes
-        memory = 1e9 * expected_memory(scene, unknowns)
+        memory = 1e9 * expected_memory(scene)
     else:
         levels, _ = checked_levels(scene, scene.accuracy)
         cost = expected(levels[FEWEST - 1], [])

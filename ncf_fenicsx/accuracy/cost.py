@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ncf_fenicsx.mesh.memory import expected_memory
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.simulation.preview import expected_memory
 from ncf_fenicsx.simulation.stepping import StepControl, pieces
 
 SECONDS_PER_UNKNOWN_AND_STEP = 8e-5
@@ -49,7 +49,7 @@ def expected(scene: Scene, before: list[Cost]) -> Cost:
         SceneError: the scene cannot be run.
     """
     unknowns = 3 * size_of(scene).nodes
-    memory = 1e9 * expected_memory(scene, unknowns)
+    memory = 1e9 * expected_memory(scene)
     if not before:
         seconds = SECONDS_PER_UNKNOWN_AND_STEP * unknowns * sum(_steps(piece) for piece in _spans(scene))
         return Cost(unknowns, seconds, memory)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
 
-from ncf_fenicsx.study.reference_solution import MOST_ORDER
+from ncf_fenicsx.report.reference_solution import MOST_ORDER
 
 SAFETY = 1.25
 """Roache's factor on what an observed order of three values or more tells."""

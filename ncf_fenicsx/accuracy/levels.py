@@ -8,13 +8,13 @@ from typing import Any
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.stack_mesh import focus_of
+from ncf_fenicsx.parameters.units import PenaltyStiffness
 from ncf_fenicsx.report.reading import read_fields, read_snapshots
 from ncf_fenicsx.report.side_view import varies_along_y
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
 from ncf_fenicsx.scene.stack import Divisions
 from ncf_fenicsx.tools.rigid_surface import RigidSurface
-from ncf_fenicsx.units import PenaltyStiffness
 
 BELOW = 2
 """Halvings of the mesh and the steps that a scene names in level 0: three levels tell an order, the last is its own."""

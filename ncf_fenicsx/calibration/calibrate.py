@@ -17,9 +17,9 @@ from ncf_fenicsx.calibration.histories import Laws
 from ncf_fenicsx.calibration.raw_files import RawTest, read_tests
 from ncf_fenicsx.calibration.specimens import Compaction, Machine, compaction_test
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import kinds, nearest
 from ncf_fenicsx.laws.law import Law, Measured
 from ncf_fenicsx.laws.monotone_cubic import Tabulated
+from ncf_fenicsx.parameters.kinds import kinds, nearest
 
 FAMILIES = ("compaction", "rate", "relaxation", "unloading", "shear", "bending", "friction", "permeability")
 APART = 1.2

@@ -17,7 +17,7 @@ from ncf_fenicsx.calibration.plots import draw, panels
 from ncf_fenicsx.calibration.specimens import Machine, given_values
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import replace
-from ncf_fenicsx.units import parse_quantity
+from ncf_fenicsx.parameters.units import parse_quantity
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from ncf_fenicsx.calibration.least_squares import least_squares
 from ncf_fenicsx.calibration.raw_files import RawTest
 from ncf_fenicsx.calibration.specimens import specimen
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import kinds
 from ncf_fenicsx.laws.bending import MomentTable
 from ncf_fenicsx.laws.permeability import PermeabilityLaw
 from ncf_fenicsx.laws.shear import ShearTable
+from ncf_fenicsx.parameters.kinds import kinds
 
 Floats = NDArray[np.float64]
 Rows = dict[str, tuple[Floats, Floats]]

@@ -10,7 +10,7 @@ import tomli_w
 from ncf_fenicsx.calibration.calibrate import Calibration
 from ncf_fenicsx.calibration.curve_laws import CurveFit
 from ncf_fenicsx.calibration.fitting import Fit
-from ncf_fenicsx.units import parse_quantity
+from ncf_fenicsx.parameters.units import parse_quantity
 
 PLACES = {"friction": ("interface", "friction"), "permeability": ("output", "permeability")}
 """Where in a scene the laws stand that are not in [laws]."""

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.calibration.histories import Laws
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import marks_of, nearest
 from ncf_fenicsx.laws.law import Law
 from ncf_fenicsx.laws.monotone_cubic import Tabulated
-from ncf_fenicsx.units import Quantity
+from ncf_fenicsx.parameters.kinds import marks_of, nearest
+from ncf_fenicsx.parameters.units import Quantity
 
 Floats = NDArray[np.float64]
 TINY = 1e-9

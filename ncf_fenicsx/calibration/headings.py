@@ -6,7 +6,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
-from ncf_fenicsx.units import parse_quantity
+from ncf_fenicsx.parameters.units import parse_quantity
 
 QUANTITIES = {
     "time": ("s", "time zeit temps tiempo tempo tijd tid"),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.calibration.headings import QUANTITIES, Column, factor_of, is_unit, parts, plain, quantity_of
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.units import advice, parse_number
+from ncf_fenicsx.parameters.units import advice, parse_number
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ncf_fenicsx.calibration.raw_files import RawTest
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.units import parse_number, parse_quantity
+from ncf_fenicsx.parameters.units import parse_number, parse_quantity
 
 Floats = NDArray[np.float64]
 

@@ -16,13 +16,13 @@ from ncf_fenicsx.contact.layer_contact import LayerContact
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.rigid_contact import RigidContact
 from ncf_fenicsx.contact.tangent_blocks import Blocks
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.laws.contact import AugmentedLagrangian
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.mesh.faces import Face
 from ncf_fenicsx.mesh.hexahedra import TAGS, lower_tag
 from ncf_fenicsx.mesh.state_fields import StateField
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
 from ncf_fenicsx.tools.start import check_depth

@@ -7,9 +7,9 @@ from typing import Any
 
 import ufl
 
-from ncf_fenicsx.kinds import Constants
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh.faces import NodalSpaces
+from ncf_fenicsx.parameters.kinds import Constants
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from ncf_fenicsx.export.lcmsim import lcmsim_files
 from ncf_fenicsx.export.tables import csv_files
 from ncf_fenicsx.export.vtkhdf import vtkhdf_files
 from ncf_fenicsx.output.safe_files import replace, told
+from ncf_fenicsx.parameters.units import parse_quantity
 from ncf_fenicsx.report.reading import Results
-from ncf_fenicsx.units import parse_quantity
 
 FORMATS = {
     "abaqus": abaqus_files,

@@ -8,12 +8,12 @@ from typing import Self
 import ufl
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw, plane_stress_energy
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Conditions, Law
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
-from ncf_fenicsx.units import Curvature, LineMoment, PositiveLength, PositiveStress
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import Curvature, LineMoment, PositiveLength, PositiveStress
 
 ALIKE = 0.02
 """Relative difference of two thicknesses that is none."""

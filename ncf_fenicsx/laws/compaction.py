@@ -15,11 +15,11 @@ import ufl
 from pydantic import Field
 from scipy.optimize import brentq
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import Conditions, Law, Measured, number, positive, real
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
-from ncf_fenicsx.units import PositiveStress, Stress
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import PositiveStress, Stress
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 PANELS = 16

@@ -12,9 +12,9 @@ from typing import ClassVar, Literal
 import ufl
 from pydantic import PositiveInt
 
-from ncf_fenicsx.kinds import Kind, Settings, parameter
 from ncf_fenicsx.laws.kinematics import Expression
-from ncf_fenicsx.units import Penalty
+from ncf_fenicsx.parameters.kinds import Kind, Settings, parameter
+from ncf_fenicsx.parameters.units import Penalty
 
 TOUCHING = 1e-15
 """Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their positions."""

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Self
 import ufl
 from pydantic import PlainValidator, PrivateAttr, model_validator
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Conditions, Law
-from ncf_fenicsx.units import PositiveStress
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import PositiveStress
 
 
 class InPlaneLaw(Law):

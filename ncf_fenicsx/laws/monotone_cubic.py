@@ -16,9 +16,9 @@ import ufl
 from pydantic import model_validator
 from scipy.interpolate import PchipInterpolator
 
-from ncf_fenicsx.kinds import Constants, Kind, impossible
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import is_symbolic, positive
+from ncf_fenicsx.parameters.kinds import Constants, Kind, impossible
 
 LEAST_END_SLOPE = 0.1
 """Slope at the ends of a table over the secant there: a flat end would leave what lies beyond it without stiffness."""

@@ -6,10 +6,10 @@ import math
 from abc import abstractmethod
 from typing import Literal
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import Conditions, Law
-from ncf_fenicsx.units import PositiveLength
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import PositiveLength
 
 PACKINGS = {
     "quadratic": (57.0, 16 / (9 * math.pi * math.sqrt(2)), math.pi / 4),

@@ -9,11 +9,11 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import CompactionStep, Conditions, Law, Measured, positive, real
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
-from ncf_fenicsx.units import PositiveLength, PositiveSpeed, PositiveStress
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import PositiveLength, PositiveSpeed, PositiveStress
 
 PositiveFactor = Annotated[float, Field(gt=0)]
 

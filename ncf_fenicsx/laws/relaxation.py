@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Self
 
-from ncf_fenicsx.kinds import Settings, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import CompactionStep, Measured, StatefulLaw, tanh
-from ncf_fenicsx.units import PositiveTime
+from ncf_fenicsx.parameters.kinds import Settings, parameter
+from ncf_fenicsx.parameters.units import PositiveTime
 
 
 class RelaxationLaw(StatefulLaw):

@@ -9,11 +9,11 @@ from typing import Annotated
 import ufl
 from pydantic import Field
 
-from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Law, number
 from ncf_fenicsx.laws.monotone_cubic import MonotoneCubic, Tabulated
-from ncf_fenicsx.units import PositiveStress
+from ncf_fenicsx.parameters.kinds import parameter
+from ncf_fenicsx.parameters.units import PositiveStress
 
 LEAST_SLIDE = 1e-10
 """Slide that the size of a slide is rounded off with: the size itself has no derivative where there is none."""

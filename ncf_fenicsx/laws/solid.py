@@ -7,10 +7,10 @@ from typing import Literal
 
 import ufl
 
-from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression, Kinematics
 from ncf_fenicsx.laws.law import Conditions, Law
-from ncf_fenicsx.units import PositiveStress
+from ncf_fenicsx.parameters.kinds import parameter
+from ncf_fenicsx.parameters.units import PositiveStress
 
 NEARLY_INCOMPRESSIBLE = 0.4999
 """Largest Poisson's ratio whose forces were found right within 1 %: docs/verification.md."""

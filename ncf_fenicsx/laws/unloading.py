@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import CompactionStep, Conditions, StatefulLaw, larger, smaller
-from ncf_fenicsx.units import PositiveStress
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import PositiveStress
 
 TINY = 1e-12
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mesh import hexahedra
 from ncf_fenicsx.mesh.elements import Element
 from ncf_fenicsx.mesh.hexahedra import FACES, NO_TAG, TAGS, Floats, Hexahedra, Integers, lower_tag
 from ncf_fenicsx.mesh.stack_mesh import focus_of, grid_lines, stack_of
 from ncf_fenicsx.mesh.tool_placement import check_placement, placement_cautions, position_of_tools, reached, stops
 from ncf_fenicsx.mesh.wave_resolution import wave_cautions
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import Bonded
 from ncf_fenicsx.scene.stack import Stack

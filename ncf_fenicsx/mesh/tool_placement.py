@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mesh.hexahedra import FACES, TAGS, Hexahedra
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.stack import Stack
 from ncf_fenicsx.tools import path as motion

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.contact.layer_contact import LayerContact
 from ncf_fenicsx.contact.rigid_contact import RigidContact
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh.faces import SharedFace
 from ncf_fenicsx.output.contact_edges import extent
@@ -18,6 +17,7 @@ from ncf_fenicsx.output.mould_void import OPEN, VOID_COLUMNS, MouldVoid
 from ncf_fenicsx.output.symmetry import WholeFace
 from ncf_fenicsx.output.voids import contact_extent, voids
 from ncf_fenicsx.output.wrinkles import grid_of
+from ncf_fenicsx.parameters.kinds import numbered
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.contact.rigid_contact import RigidContact
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene.stack import Sides
 
 Floats = NDArray[np.float64]

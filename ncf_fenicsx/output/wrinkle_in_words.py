@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.rigid_surface import Tool

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.report.error_bars import FORCE, VF, VOIDS, WORK, WRINKLES, bars, with_errors
 from ncf_fenicsx.report.reading import Results
 

@@ -14,7 +14,7 @@ import meshio
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import numbered
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 
 

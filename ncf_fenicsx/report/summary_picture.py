@@ -12,8 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.output.safe_files import replace
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.report import tool_places
 from ncf_fenicsx.report.reading import read_fields, read_history, read_record, read_snapshots
 from ncf_fenicsx.report.sections import (

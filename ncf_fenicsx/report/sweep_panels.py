@@ -9,9 +9,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
+from ncf_fenicsx.parameters.units import parse_number
 from ncf_fenicsx.report.study_panels import Panel, Point, Row, line, panel
 from ncf_fenicsx.report.thinning import evenly
-from ncf_fenicsx.units import parse_number
 
 FINDINGS = "findings.json"
 RUN = "run"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import nearest
+from ncf_fenicsx.parameters.kinds import nearest
 from ncf_fenicsx.scene.scene_file import read_table
 
 SHIPPED = Path(__file__).parent / "fabrics"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from ncf_fenicsx.kinds import Choice, Kind, parameter
 from ncf_fenicsx.laws.contact import Enforcement, Friction
-from ncf_fenicsx.units import Penalty, PositiveForce, PositiveLength
+from ncf_fenicsx.parameters.kinds import Choice, Kind, parameter
+from ncf_fenicsx.parameters.units import Penalty, PositiveForce, PositiveLength
 
 
 class Bonded(Kind):

@@ -7,9 +7,9 @@ from typing import get_origin
 
 from pydantic.fields import FieldInfo
 
-from ncf_fenicsx.kinds import Choice, Settings, kinds, marks_of
+from ncf_fenicsx.parameters.kinds import Choice, Settings, kinds, marks_of
+from ncf_fenicsx.parameters.units import PenaltyField, Quantity
 from ncf_fenicsx.scene.scene import Scene
-from ncf_fenicsx.units import PenaltyField, Quantity
 
 
 def reference() -> str:

@@ -6,7 +6,6 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import Choice, Constants, Settings, impossible, parameter
 from ncf_fenicsx.laws.bending import BendingLaw
 from ncf_fenicsx.laws.compaction import CompactionLaw
 from ncf_fenicsx.laws.in_plane import InPlaneLaw
@@ -16,6 +15,7 @@ from ncf_fenicsx.laws.relaxation import RelaxationLaw
 from ncf_fenicsx.laws.shear import ShearLaw
 from ncf_fenicsx.laws.solid import SolidLaw
 from ncf_fenicsx.laws.unloading import UnloadingLaw
+from ncf_fenicsx.parameters.kinds import Choice, Constants, Settings, impossible, parameter
 
 PENALTY_VOLUME_FRACTION = 0.60
 """Penalty factors refer to the compaction tangent at this Vf, where the paper's compaction data ends."""

@@ -13,9 +13,10 @@ import tomli_w
 from pydantic import ValidationError, model_validator
 
 from ncf_fenicsx.errors import SceneError, one_line
-from ncf_fenicsx.kinds import Choice, Choices, Settings, impossible, parameter
 from ncf_fenicsx.laws.law import Conditions, real
 from ncf_fenicsx.laws.solid import POINT_PRESSURE_HOLDS_TO
+from ncf_fenicsx.parameters.kinds import Choice, Choices, Settings, impossible, parameter
+from ncf_fenicsx.parameters.units import Acceleration, PositiveTime
 from ncf_fenicsx.scene.fabric_file import with_fabric
 from ncf_fenicsx.scene.interfaces import Bonded, OneSided
 from ncf_fenicsx.scene.laws import Laws
@@ -26,7 +27,6 @@ from ncf_fenicsx.scene.usual_values import unusual
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
 from ncf_fenicsx.tools.rigid_surface import Mould, RigidSurface, Tool
-from ncf_fenicsx.units import Acceleration, PositiveTime
 
 Surface = TypeVar("Surface", bound=RigidSurface)
 

@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import PositiveInt, model_validator
 
-from ncf_fenicsx.kinds import Choice, Settings, parameter
 from ncf_fenicsx.laws.permeability import PermeabilityLaw
-from ncf_fenicsx.units import PositiveLength, PositiveMemory, PositiveShare, PositiveTime
+from ncf_fenicsx.parameters.kinds import Choice, Settings, parameter
+from ncf_fenicsx.parameters.units import PositiveLength, PositiveMemory, PositiveShare, PositiveTime
 
 QuantityName = Literal["force", "vf", "vf_field", "void_volume", "wrinkle_height"]
 

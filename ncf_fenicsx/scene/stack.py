@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, Self, cast
 from pydantic import BeforeValidator, Field, PlainSerializer, PositiveInt, model_validator
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.kinds import Settings, parameter
-from ncf_fenicsx.units import ArealDensity, Density, Length, PositiveLength, Thickness
+from ncf_fenicsx.parameters.kinds import Settings, parameter
+from ncf_fenicsx.parameters.units import ArealDensity, Density, Length, PositiveLength, Thickness
 
 GIVEN_BY_NODES = {"divisions", "grading", "focus", "mesh_error"}
 GIVEN_BY_MESH = {"size", "through", "nodes", *GIVEN_BY_NODES}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ncf_fenicsx.kinds import Settings, marks_of
-from ncf_fenicsx.units import Quantity
+from ncf_fenicsx.parameters.kinds import Settings, marks_of
+from ncf_fenicsx.parameters.units import Quantity
 
 
 def unusual(table: Settings, prefix: str = "") -> Iterator[str]:

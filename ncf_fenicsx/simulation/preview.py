@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mesh.coarse_grid import coarse_scene
+from ncf_fenicsx.mesh.memory import expected_memory
 from ncf_fenicsx.mesh.stack_size import size_of
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.stepping import pieces
-
-MEMORY_OF_PROGRAM = 0.18
-MEMORY_PER_UNKNOWN = {True: 7.4e-6, False: 9.6e-6}
-"""GB, symmetric or not, measured with ``ncf-fenicsx run`` (peak_memory_mb of run.json): see docs/performance.md."""
-
-
-def expected_memory(scene: Scene, unknowns: int) -> float:
-    """Memory in GB that a run on one rank will take."""
-    return MEMORY_OF_PROGRAM + MEMORY_PER_UNKNOWN[scene.symmetric] * unknowns
 
 
 def preview(scene: Scene) -> str:
@@ -53,7 +45,7 @@ def preview(scene: Scene) -> str:
         f"unknowns: {unknowns}",
         f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
-        f"expected memory: {expected_memory(scene, unknowns):.2g} GB",
+        f"expected memory: {expected_memory(scene):.2g} GB",
         *(
             f"path to {end:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)"
             for end, control in pieces(scene)

@@ -14,9 +14,9 @@ import dolfinx
 import numpy as np
 
 from ncf_fenicsx import solver
-from ncf_fenicsx.kinds import numbered
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.output.wrinkle_in_words import wrinkle_record
+from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 from ncf_fenicsx.simulation.stepping import March
 from ncf_fenicsx.solver.timing import Phases

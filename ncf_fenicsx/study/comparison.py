@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.measures import COLUMNS
-from ncf_fenicsx.units import parse_number, parse_quantity
+from ncf_fenicsx.parameters.units import parse_number, parse_quantity
 
 Floats = NDArray[np.float64]
 

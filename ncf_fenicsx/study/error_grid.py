@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.parameters.units import PenaltyStiffness
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
 from ncf_fenicsx.tools.rigid_surface import RigidSurface
-from ncf_fenicsx.units import PenaltyStiffness
 from ncf_fenicsx.workers.launch import folder_name
 
 TOGETHER = "all refined together"

@@ -12,12 +12,12 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.closing import drawn_or_told
 from ncf_fenicsx.report.page import PAGE
 from ncf_fenicsx.report.reading import read_history
+from ncf_fenicsx.report.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.study.choice import chosen
 from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
 from ncf_fenicsx.study.machine import machine
-from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.work_precision import draw_work_precision
 from ncf_fenicsx.workers.cluster import Place
 from ncf_fenicsx.workers.engine import Outcome, run_missing

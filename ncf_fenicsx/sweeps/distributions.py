@@ -25,11 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.parameters.units import parse_number
 from ncf_fenicsx.scene.fabric_file import read_fabric
 from ncf_fenicsx.sweeps.germs import Germ
 from ncf_fenicsx.sweeps.inputs import Column, Reader
 from ncf_fenicsx.sweeps.ranges import split, split_unit
-from ncf_fenicsx.units import parse_number
 from ncf_fenicsx.workers.rows import Point
 
 Floats = NDArray[np.float64]

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.parameters.units import parse_number, parse_quantity
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.sweeps.ranges import Vary, split_unit
-from ncf_fenicsx.units import parse_number, parse_quantity
 from ncf_fenicsx.workers.rows import Point
 
 DIGITS = 12

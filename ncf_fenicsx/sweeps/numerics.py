@@ -12,27 +12,37 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ncf_fenicsx.accuracy.quantities import quantities_of
-from ncf_fenicsx.accuracy.sequence import checked_levels
 from ncf_fenicsx.output.results_folder import ACCURACY
-from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.inputs import Column
-from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, WRINKLE, Measure
+from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, Measure
 from ncf_fenicsx.sweeps.plans import Plan
 from ncf_fenicsx.sweeps.scene_work import SceneWork, name_of
 from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
 from ncf_fenicsx.workers.launch import BARE, launch
 from ncf_fenicsx.workers.rows import Point, read_rows
 
-QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume", WRINKLE: "wrinkle_height"}
-"""Results with their names in ``[accuracy]``."""
+QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume"}
+"""Results with their names in ``[accuracy]``; wrinkles are left out, which few runs have."""
 IN_TIME = 0.9
 """Share of the wall time of a run after which its sequence takes the best answer: the rest is for that."""
 TOLERANCE = Column("accuracy.tolerance", "%")
 ROWS = "numerics.csv"
 KINDS = ("", "finest ", "bar of ")
 """What headings of the row have before those of the results."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What the levels are asked for.
+
+    Attributes:
+        tolerance: largest bar over its size.
+        quantities: of ``[accuracy]``.
+    """
+
+    tolerance: float
+    quantities: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -95,12 +105,6 @@ def _cells(found: Outcome, levels: Mapping[str, Any]) -> Outcome:
     return cells
 
 
-def quantities_for(scene: Scene) -> tuple[str, ...]:
-    """Names in ``[accuracy]`` of the results that a scene has; wrinkles are left out, which few runs have."""
-    has = quantities_of(scene)
-    return tuple(name for measure, name in QUANTITIES.items() if has[name] and measure is not WRINKLE)
-
-
 def numerics_of(row: Mapping[str, str]) -> dict[Measure, Numerics]:
     """Results of a row that `NumericsWork` has come to."""
     found = {}
@@ -111,20 +115,8 @@ def numerics_of(row: Mapping[str, str]) -> dict[Measure, Numerics]:
     return found
 
 
-def asked_tolerance(campaign: Campaign, text: str) -> float:
-    """Largest bar over its size, as ``2 %`` says it.
-
-    Raises:
-        SceneError: it is no share, or the scene cannot be run by levels.
-    """
-    scene = Scene.read(campaign.file, (*campaign.overrides, f"accuracy.tolerance={json.dumps(text)}"))
-    assert scene.accuracy is not None
-    checked_levels(scene, scene.accuracy.model_copy(update={"quantities": quantities_for(scene)}))
-    return scene.accuracy.tolerance
-
-
 def numerics(
-    campaign: Campaign, columns: tuple[Column, ...], middle: Point, tolerance: float
+    campaign: Campaign, columns: tuple[Column, ...], middle: Point, asked: Refinement
 ) -> tuple[dict[Measure, Numerics], str]:
     """Results of the run in the middle, and how its levels ended.
 
@@ -132,10 +124,9 @@ def numerics(
         SceneError: the folder holds something else, or the scheduler does not answer.
         ResultError: the row cannot be written, or the scheduler has gone.
     """
-    point = (*middle, TOLERANCE.text(100 * tolerance))
+    point = (*middle, TOLERANCE.text(100 * asked.tolerance))
     plan = Plan((*columns, TOLERANCE), 1, lambda: iter([point]))
-    scene = Scene.read(campaign.file, campaign.overrides)
-    work = NumericsWork(campaign.work(columns), quantities_for(scene))
+    work = NumericsWork(campaign.work(columns), asked.quantities)
     headings = [f"{word}{measure.heading}" for measure in RESULTS for word in KINDS]
     campaign.hand_over(plan, work, campaign.folder / ROWS, [*headings, ENDING, REASON])
     names = [column.heading for column in plan.columns]

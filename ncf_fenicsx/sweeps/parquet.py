@@ -12,7 +12,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from ncf_fenicsx.output.safe_files import replace
-from ncf_fenicsx.units import parse_number
+from ncf_fenicsx.parameters.units import parse_number
 from ncf_fenicsx.workers.rows import read_rows
 
 UNIT = re.compile(r"(?P<name>.*?)(?: \[(?P<unit>[^\]]*)\])?")

@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.units import NUMBER, parse_number
+from ncf_fenicsx.parameters.units import NUMBER, parse_number
 
 OPENING, CLOSING, QUOTES = "([{", ")]}", "\"'"
 

@@ -16,6 +16,7 @@ from ncf_fenicsx.sweeps.distributions import Uncertain
 from ncf_fenicsx.sweeps.effects import shares_in_words
 from ncf_fenicsx.sweeps.estimates import CONFIDENCE, Estimate, Estimates
 from ncf_fenicsx.sweeps.findings import distribution_panels, write_findings
+from ncf_fenicsx.sweeps.numerics import Refinement
 from ncf_fenicsx.sweeps.outcomes import ERROR, RESULTS, Measure
 from ncf_fenicsx.sweeps.parquet import write_parquet
 from ncf_fenicsx.sweeps.pictures import draw_distributions
@@ -121,13 +122,13 @@ def described(values: Floats, seed: int) -> Estimates:
     }
 
 
-def uncertainty(campaign: Campaign, draw: Draw, tolerance: float | None = None) -> str:
+def uncertainty(campaign: Campaign, draw: Draw, refinement: Refinement | None = None) -> str:
     """Run what is missing of the points; a table, distributions and a sentence for each result.
 
     Args:
         campaign: runs them.
         draw: the points.
-        tolerance: to which the run in the middle of the inputs is refined, for the numerical error of all; None to
+        refinement: of the run in the middle of the inputs, for the numerical error of all; None to
             leave that out.
 
     Raises:
@@ -152,8 +153,8 @@ def uncertainty(campaign: Campaign, draw: Draw, tolerance: float | None = None) 
     errors = samples.values[ERROR.heading]
     if np.isfinite(errors).any():
         lines.append(f"beside it, the mesh: the {ERROR.words} is {100 * np.nanmean(errors):.2g} % in the mean")
-    if tolerance is not None:
-        lines += _numerics_in_words(campaign, draw, tolerance, found)
+    if refinement is not None:
+        lines += _numerics_in_words(campaign, draw, refinement, found)
     write_estimates(campaign.folder / "uncertainty.csv", [(measure, "", one) for measure, one in found.items()])
     draw_distributions(drawn, found, campaign.folder / "uncertainty.png")
     told = write_findings(campaign.folder, lines, distribution_panels(drawn, found, list(QUANTILES)))
@@ -161,10 +162,10 @@ def uncertainty(campaign: Campaign, draw: Draw, tolerance: float | None = None) 
 
 
 def _numerics_in_words(
-    campaign: Campaign, draw: Draw, tolerance: float, found: dict[Measure, Estimates]
+    campaign: Campaign, draw: Draw, refinement: Refinement, found: dict[Measure, Estimates]
 ) -> Iterator[str]:
     """The numerical error of each result beside the deviation that the inputs make."""
-    of_middle, ending = numerics.numerics(campaign, draw.plan.columns, draw.middle, tolerance)
+    of_middle, ending = numerics.numerics(campaign, draw.plan.columns, draw.middle, refinement)
     yield f"the run in the middle of the inputs, by levels: {ending}"
     for measure, one in of_middle.items():
         deviation = found[measure]["deviation"].value if measure in found else 0.0

@@ -9,10 +9,10 @@ import ufl
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import NonNegativeLength, PositiveLength, WidthOrInfinite
 from ncf_fenicsx.tools.rigid_surface import ENDLESS, Interval, Tool, circle
-from ncf_fenicsx.units import NonNegativeLength, PositiveLength, WidthOrInfinite
 
 
 class Cylinder(Tool):

@@ -10,8 +10,8 @@ from typing import Self
 
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import Settings, parameter
-from ncf_fenicsx.units import Length, PositiveForce, PositiveSpeed, PositiveTime
+from ncf_fenicsx.parameters.kinds import Settings, parameter
+from ncf_fenicsx.parameters.units import Length, PositiveForce, PositiveSpeed, PositiveTime
 
 Vector = tuple[float, float, float]
 

@@ -9,10 +9,10 @@ import ufl
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.parameters.kinds import impossible, parameter
+from ncf_fenicsx.parameters.units import PositiveLength
 from ncf_fenicsx.tools.rigid_surface import Interval, Tool, arc, rounded_block
-from ncf_fenicsx.units import PositiveLength
 
 
 class PresserFoot(Tool):

@@ -12,10 +12,10 @@ import ufl
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from ncf_fenicsx.kinds import Constants, impossible, parameter
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.parameters.kinds import Constants, impossible, parameter
+from ncf_fenicsx.parameters.units import Length, PositiveLength
 from ncf_fenicsx.tools.rigid_surface import ENDLESS, Interval, Tool, arc
-from ncf_fenicsx.units import Length, PositiveLength
 
 Vector = tuple[float, float]
 

@@ -9,12 +9,12 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from ncf_fenicsx.kinds import Choice, Kind, parameter
 from ncf_fenicsx.laws.contact import Enforcement, Friction
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.parameters.kinds import Choice, Kind, parameter
+from ncf_fenicsx.parameters.units import Clearance, Length, Penalty
 from ncf_fenicsx.tools import path as motion
 from ncf_fenicsx.tools.path import Segment
-from ncf_fenicsx.units import Clearance, Length, Penalty
 
 Interval = tuple[float, float]
 ENDLESS: Interval = (-math.inf, math.inf)

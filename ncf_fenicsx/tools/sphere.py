@@ -6,10 +6,10 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
-from ncf_fenicsx.kinds import parameter
 from ncf_fenicsx.laws.kinematics import Expression
+from ncf_fenicsx.parameters.kinds import parameter
+from ncf_fenicsx.parameters.units import PositiveLength
 from ncf_fenicsx.tools.rigid_surface import Interval, Tool, circle, rounded_block
-from ncf_fenicsx.units import PositiveLength
 
 
 class Sphere(Tool):

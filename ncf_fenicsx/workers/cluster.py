@@ -17,10 +17,9 @@ from distributed import Client, LocalCluster
 from distributed.system import MEMORY_LIMIT
 
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.mesh.stack_size import size_of
+from ncf_fenicsx.mesh.memory import expected_memory
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.simulation.preview import expected_memory
 
 BATCH_SYSTEMS = {
     "slurm": dask_jobqueue.SLURMCluster,
@@ -114,8 +113,7 @@ def place_for(
         SceneError: the scene is not valid, or the options do not go together.
     """
     scene = Scene.read(file, overrides)
-    memory = expected_memory(scene, 3 * size_of(scene).nodes)
-    return Place(scheduler, cluster, workers, ranks, memory)
+    return Place(scheduler, cluster, workers, ranks, expected_memory(scene))
 
 
 def batch_cluster(name: str, ranks: int, memory: float) -> Any:

@@ -6,9 +6,9 @@ from synthetic import PAPER, press, specimens
 
 from ncf_fenicsx.calibration.calibrate import Wishes, fit_tests
 from ncf_fenicsx.calibration.free_parameters import free_of, unknowns, with_values
-from ncf_fenicsx.kinds import _kinds, parameter
 from ncf_fenicsx.laws.compaction import CompactionLaw, Table
 from ncf_fenicsx.laws.rate import RateTable
+from ncf_fenicsx.parameters.kinds import _kinds, parameter
 
 pytestmark = pytest.mark.serial
 

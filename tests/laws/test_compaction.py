@@ -7,10 +7,10 @@ from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.kinds import kinds
 from ncf_fenicsx.laws.compaction import Exponential, Table
 from ncf_fenicsx.laws.law import number
 from ncf_fenicsx.laws.rate import KellyRate
+from ncf_fenicsx.parameters.kinds import kinds
 
 pytestmark = pytest.mark.serial
 LAWS = [kind() for kind in kinds("compaction").values()]

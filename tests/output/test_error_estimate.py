@@ -10,8 +10,8 @@ from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.mesh.upright import NONE, Upright
 from ncf_fenicsx.output.error_estimate import Recovery
 from ncf_fenicsx.output.face_pressures import FacePressures
+from ncf_fenicsx.report.reference_solution import VfField
 from ncf_fenicsx.simulation import Simulation
-from ncf_fenicsx.study.reference_solution import VfField
 
 COMM = MPI.COMM_WORLD
 LENGTH = 8e-3

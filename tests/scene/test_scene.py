@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from program import DEMOS, ENVIRONMENT, ROOT, SMALL_STACK
 
 from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.parameters.units import parse_quantity
 from ncf_fenicsx.scene.keys import keys
-from ncf_fenicsx.units import parse_quantity
 
 pytestmark = pytest.mark.serial
 

@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.study.reference_solution import VfField
+from ncf_fenicsx.report.reference_solution import VfField
 
 COMM = MPI.COMM_WORLD
 MOVING = [

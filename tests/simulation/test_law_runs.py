@@ -8,10 +8,10 @@ from mpi4py import MPI
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
-from ncf_fenicsx.kinds import _kinds
 from ncf_fenicsx.laws.compaction import CompactionLaw, Exponential
 from ncf_fenicsx.laws.in_plane import HyperelasticInPlaneLaw
 from ncf_fenicsx.laws.permeability import Gebart
+from ncf_fenicsx.parameters.kinds import _kinds
 
 pytestmark = pytest.mark.two_ranks
 

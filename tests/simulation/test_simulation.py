@@ -13,11 +13,11 @@ from mpi4py import MPI
 from program import DEMOS
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.kinds import _kinds
 from ncf_fenicsx.laws.compaction import Exponential
 from ncf_fenicsx.output.results_folder import FILES, prepare_folder
+from ncf_fenicsx.parameters.kinds import _kinds
+from ncf_fenicsx.parameters.units import PositiveLength
 from ncf_fenicsx.tools.rigid_surface import Tool
-from ncf_fenicsx.units import PositiveLength
 
 COMM = MPI.COMM_WORLD
 

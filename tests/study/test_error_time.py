@@ -8,9 +8,9 @@ import pytest
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
+from ncf_fenicsx.report.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.error_grid import TOGETHER, Variants
 from ncf_fenicsx.study.error_time import ErrorTime, VariantWork, advice
-from ncf_fenicsx.study.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.study.work_precision import front
 
 pytestmark = pytest.mark.serial

@@ -6,12 +6,12 @@ import pytest
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError
+from ncf_fenicsx.cli.many_runs import refinement, uncertainty_command
 from ncf_fenicsx.sweeps import numerics
 from ncf_fenicsx.sweeps.campaign import Campaign
-from ncf_fenicsx.sweeps.commands import uncertainty_command
 from ncf_fenicsx.sweeps.distributions import Uncertain
 from ncf_fenicsx.sweeps.inputs import Column
-from ncf_fenicsx.sweeps.numerics import Numerics, NumericsWork, in_words, numerics_of, quantities_for
+from ncf_fenicsx.sweeps.numerics import Numerics, NumericsWork, Refinement, in_words, numerics_of
 from ncf_fenicsx.sweeps.outcomes import FORCE, VF
 from ncf_fenicsx.sweeps.scene_work import SceneWork
 from ncf_fenicsx.sweeps.uncertainty import Draw
@@ -88,8 +88,8 @@ def test_the_error_is_said_beside_the_deviation():
 
 
 def test_only_what_a_scene_has_is_asked_for():
-    assert quantities_for(Scene.read(FILE, [])) == ("force", "vf", "void_volume")
-    assert quantities_for(Scene.read(DEMOS / "single_element.toml", [])) == ("force", "vf")
+    assert refinement(FILE, (), "2 %") == Refinement(0.02, ("force", "vf", "void_volume"))
+    assert refinement(DEMOS / "single_element.toml", (), "2 %").quantities == ("force", "vf")
 
 
 @pytest.mark.parametrize(
@@ -121,5 +121,5 @@ def test_another_tolerance_is_another_row(tmp_path):
 
     object.__setattr__(campaign, "hand_over", hand_over)
     for tolerance in (0.1, 0.05):
-        assert numerics.numerics(campaign, COLUMNS, ("0.002",), tolerance) == ({}, "ended")
+        assert numerics.numerics(campaign, COLUMNS, ("0.002",), Refinement(tolerance, ("force",))) == ({}, "ended")
     assert handed == [("0.002", "10.0"), ("0.002", "5.0")]

@@ -8,8 +8,8 @@ import pytest
 from program import DEMOS, call
 
 from ncf_fenicsx import SceneError
+from ncf_fenicsx.cli.many_runs import sweep_command
 from ncf_fenicsx.report.reading import read_history
-from ncf_fenicsx.sweeps.commands import sweep_command
 from ncf_fenicsx.sweeps.inputs import Column
 from ncf_fenicsx.sweeps.scene_work import SceneWork
 

@@ -8,7 +8,7 @@ import tomli_w
 from program import DEMOS
 
 from ncf_fenicsx import SceneError
-from ncf_fenicsx.sweeps.commands import uncertainty_command
+from ncf_fenicsx.cli.many_runs import uncertainty_command
 from ncf_fenicsx.sweeps.distributions import Uncertain, of_fit, parse_uncertain
 from ncf_fenicsx.sweeps.inputs import Column, Reader
 from ncf_fenicsx.sweeps.outcomes import FORCE

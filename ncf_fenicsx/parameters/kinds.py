@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from ncf_fenicsx.units import parse_number
+from ncf_fenicsx.parameters.units import parse_number
 
 
 def parameter(default: Any, description: str, **bounds: Any) -> Any:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.terminal import say
 from ncf_fenicsx.workers.options import Cluster, Ranks, Scheduler, Workers
+
+if TYPE_CHECKING:
+    from ncf_fenicsx.sweeps.numerics import Refinement
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="Scene file.")]
 Overrides = Annotated[
@@ -121,7 +126,6 @@ def uncertainty_command(
     """How sure the results are, given how sure the inputs are: distributions of force, Vf, voids and wrinkles."""
     from ncf_fenicsx.sweeps.campaign import Campaign
     from ncf_fenicsx.sweeps.distributions import of_fit, parse_uncertain
-    from ncf_fenicsx.sweeps.numerics import asked_tolerance
     from ncf_fenicsx.sweeps.uncertainty import Draw, uncertainty
     from ncf_fenicsx.workers.cluster import place_for
 
@@ -134,7 +138,25 @@ def uncertainty_command(
     if fit is not None:
         inputs.append(of_fit(campaign.reader, fit))
     draw = Draw.of(inputs, method, runs, seed)
-    say(uncertainty(campaign, draw, None if accuracy is None else asked_tolerance(campaign, accuracy)))
+    say(uncertainty(campaign, draw, None if accuracy is None else refinement(file, texts, accuracy)))
+
+
+def refinement(file: Path, overrides: tuple[str, ...], accuracy: str) -> Refinement:
+    """What the levels of a scene are asked for: a tolerance, as ``2 %`` says it, of what the scene has.
+
+    Raises:
+        SceneError: it is no share, or the scene cannot be run by levels.
+    """
+    from ncf_fenicsx.accuracy.quantities import quantities_of
+    from ncf_fenicsx.accuracy.sequence import checked_levels
+    from ncf_fenicsx.sweeps.numerics import QUANTITIES, Refinement
+
+    scene = Scene.read(file, (*overrides, f"accuracy.tolerance={json.dumps(accuracy)}"))
+    assert scene.accuracy is not None
+    has = quantities_of(scene)
+    asked = Refinement(scene.accuracy.tolerance, tuple(name for name in QUANTITIES.values() if has[name]))
+    checked_levels(scene, scene.accuracy.model_copy(update={"quantities": asked.quantities}))
+    return asked
 
 
 def add_to(study: typer.Typer) -> None:

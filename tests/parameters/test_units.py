@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.units import parse_number, parse_quantity
+from ncf_fenicsx.parameters.units import parse_number, parse_quantity
 
 pytestmark = pytest.mark.serial
 THIN, NARROW, HARD = "\N{THIN SPACE}", "\N{NARROW NO-BREAK SPACE}", "\N{NO-BREAK SPACE}"

@@ -9,12 +9,11 @@ from typing import Annotated
 
 import typer
 
+from ncf_fenicsx.cli import many_runs, studies
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import as_written
-from ncf_fenicsx.study import commands as studies
-from ncf_fenicsx.sweeps import commands as sweeps
 from ncf_fenicsx.terminal import complain, say, write_any_text
 from ncf_fenicsx.version import VERSION
 
@@ -233,7 +232,7 @@ def calibrate_command(
 study = typer.Typer(no_args_is_help=True, help="Many runs of a scene: how far it can be pushed, and what moves it.")
 app.add_typer(study, name="study")
 studies.add_to(study)
-sweeps.add_to(study)
+many_runs.add_to(study)
 
 
 def main() -> None:
