@@ -201,7 +201,7 @@ def test_the_image_follows_what_it_is_made_from(checkout):
     assert image() == names[0]
     for file, old, new in [
         ("pyproject.toml", '"rich"', '"rich>=13"'),
-        ("docker/Dockerfile", "openmpi-bin", "mpich"),
+        ("docker/packages.txt", "openmpi-bin", "mpich      "),
         ("docker/image.sh", "chroot", "oci"),
     ]:
         change(file, old, new)
