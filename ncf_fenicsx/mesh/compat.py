@@ -47,7 +47,7 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray
     """Mesh of the cells and points that each rank hands in; cell ``i`` of a rank goes to rank ``parts[i]``."""
 
     def partitioner(_comm: Any, _count: int, _types: Any, _cells: Any) -> Any:
-        return dolfinx.graph.adjacencylist(parts.astype(np.int32).reshape(-1, 1))
+        return cpp.graph.AdjacencyList_int32(parts.astype(np.int32).reshape(-1, 1))
 
     element = basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,))
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=points, e=ufl.Mesh(element), partitioner=partitioner)
