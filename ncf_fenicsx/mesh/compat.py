@@ -189,7 +189,7 @@ def _cached(domain: Any, compiled: Callable[[], Any]) -> Any:
         _forget_marks(start, math.inf)
         raise
     except (TimeoutError, RuntimeError) as error:
-        if not re.search("timed out|just-in-time", str(error)):  # of this rank alone, maybe
+        if not re.search("timed out|just-in-time|JIT", str(error)):  # of this rank alone, maybe
             raise
         comm = domain.ufl_cargo().comm
         if "timed out" not in comm.bcast(str(error)):  # rank 0 knows
