@@ -238,6 +238,12 @@ def computed(case, name, level, folder):
     return read_history(result.folder / "history.csv")
 
 
+def skipped(case, name, times):
+    """Which times are not judged, nor have a bar that tells anything: those before a ruck rests."""
+    not_judged = history(scenes(case)[name], case)["not_judged"] if case == "ruck" else []
+    return np.any([np.zeros(len(times)), *((times >= start) & (times < end) for start, end in not_judged)], axis=0)
+
+
 def reference(case, name, folder):
     """Columns of a reference: values of the fine level at the times of the coarse one, and their bars."""
     coarse, fine = (computed(case, name, level, folder) for level in (COARSE, FINE))
@@ -245,10 +251,10 @@ def reference(case, name, folder):
     for column in judged(case):
         values = np.interp(coarse["time"], fine["time"], fine[column])
         off = np.abs(values - coarse[column])
+        if case in FIELDS:
+            off = np.maximum(off, np.maximum.accumulate(np.where(skipped(case, name, coarse["time"]), 0.0, off)))
         columns[column] = values
-        columns[f"{column}_bar"] = (np.maximum.accumulate(off) if case in FIELDS else off) + LEAST_BAR * np.abs(
-            values
-        ).max()
+        columns[f"{column}_bar"] = off + LEAST_BAR * np.abs(values).max()
     return columns
 
 
@@ -261,8 +267,9 @@ def write(case, folder):
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(columns)
             writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
+        kept = ~skipped(case, name, columns["time"])
         worst = {
-            key[:-4]: float(columns[key].max() / np.abs(columns[key[:-4]]).max()) for key in columns if "_bar" in key
+            key[:-4]: columns[key][kept].max() / np.abs(columns[key[:-4]]).max() for key in columns if "_bar" in key
         }
         print(name, *(f"{key}: bar {100 * share:.2g} % at most" for key, share in worst.items()), sep="; ")
 
@@ -271,11 +278,9 @@ def repeats(case, name, folder):
     """Whether a run at a level between gives each value of a reference within its bar."""
     stored = read_history(HERE / case / f"{name}.csv")
     again = computed(case, name, CHECK, folder)
-    skipped = np.zeros(len(stored["time"]), dtype=bool)
-    for start, end in history(scenes(case)[name], case)["not_judged"] if case == "ruck" else ():
-        skipped |= (start <= stored["time"]) & (stored["time"] < end)
+    left_out = skipped(case, name, stored["time"])
     off = {key: np.abs(np.interp(stored["time"], again["time"], again[key]) - stored[key]) for key in judged(case)}
-    shares = {key: float((off[key] / stored[f"{key}_bar"])[~skipped].max()) for key in judged(case)}
+    shares = {key: float((off[key] / stored[f"{key}_bar"])[~left_out].max()) for key in judged(case)}
     print(name, *(f"{key}: {share:.3f} bars off at most" for key, share in shares.items()), sep="; ")
     return max(shares.values()) <= 1.01  # written to nine digits
 
