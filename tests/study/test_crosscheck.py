@@ -150,13 +150,15 @@ def test_a_coarser_run_of_the_long_roller_passes_and_fails_with_a_constant_off(f
     [
         ("finite_roller", "laws.compaction.beta2=1.6"),
         ("finite_roller", "laws.bending.modulus='0.15 GPa'"),
-        ("sliding", "interface.friction={coefficient=0.21}"),
+        ("sliding", "interface.friction={coefficient=0.21,stiffness=10}"),
         ("ruck", "laws.bending.modulus='1.15 MPa'"),
     ],
 )
-def test_coarser_runs_pass_and_fail_with_a_constant_off(folder, case, change):
-    assert judged_run(folder, case)[0]
-    assert not judged_run(folder, case, change)[0]
+def test_runs_of_the_coarse_level_pass_and_fail_with_a_constant_off(folder, case, change):
+    references = script(KIT / "references.py")
+    level = references.level_of_space(case, case, references.COARSE)
+    assert judged_run(folder, case, *level)[0]
+    assert not judged_run(folder, case, *level, change)[0]
 
 
 def test_fewer_columns_and_histories_are_judged_on_what_is_there(marched, folder):
