@@ -25,7 +25,7 @@ from ncf_fenicsx.report.reading import read_history
 HERE = Path(__file__).parent
 STEPS, COARSE, CHECK, FINE = 30, 4, 8, 16
 LEAST_BAR = 1e-6
-"""Share of a column's largest size: what round-off and Newton's tolerance may leave."""
+"""Share of a column's largest size that round-off may leave."""
 FIRST_ORDER = 1.5
 """Factor on a difference by the mesh, whose error may fall with the first power of the elements' size alone."""
 PENALTY = 2000.0
@@ -89,8 +89,7 @@ def scenes(case):
 
 def neutral(case):
     """What another code has to know of a case, in SI."""
-    named = scenes(case)
-    scene = next(iter(named.values()))
+    named, scene = scenes(case), next(iter(scenes(case).values()))
     laws, stack = numbers(scene.laws.model_dump(mode="json", exclude_none=True)), scene.stack
     laws = {name: {"formula": FORMULAS[name], **laws[name]} for name in used_laws(case, laws)}
     return {
@@ -204,9 +203,10 @@ def level_of_time(case, name, level):
 def level_of_space(case, name, level):
     """Settings of a level elsewhere: elements and steps by the square root of a level's fineness, and penalties."""
     scene, finer = scenes(case)[name], (level / COARSE) ** 0.5
-    divisions = [round(finer * count) if count > 1 else 1 for count in scene.stack.divisions_by_layer[0]]
+    more = finer if scene.stack.nodes is None else np.ceil(finer)  # of given nodes all are kept: one is at a tool's end
+    divisions = [round(more * count) if count > 1 else 1 for count in scene.stack.divisions_by_layer[0]]
     changes = [f"stack.divisions={divisions}"]
-    if scene.stack.nodes is not None:  # as many more between those that are given
+    if scene.stack.nodes is not None:
         nodes = [
             [
                 f"{place:.9g} m"
