@@ -1,6 +1,7 @@
 """Whether the present Python runs the package: silent if so; else one line on standard error, and exit code 1.
 
 The package is imported, and each dependency has the version that ``pyproject.toml`` asks for: no list of its own.
+Another argument is the DOLFINx that is wanted, as ``0.11``.
 """
 
 import sys
@@ -25,6 +26,8 @@ def check() -> None:
     project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
     found = {f"python {project['requires-python']}": platform.python_version()}
     found |= {dependency: version(Requirement(dependency).name) for dependency in project["dependencies"]}
+    for version_of_dolfinx in sys.argv[1:]:
+        found[f"fenics-dolfinx =={version_of_dolfinx}.*"] = version("fenics-dolfinx")
     for wanted, present in found.items():
         if not Requirement(wanted).specifier.contains(present, prereleases=False):
             raise RuntimeError(f"{wanted} is needed, {present} is here")

@@ -200,7 +200,7 @@ def line_of(scene):
         build_mesh(scene, COMM)
     line = str(caught.value)
     assert "\n" not in line
-    assert line.startswith(("mesh.msh: ", "mesh: "))
+    assert line.startswith(("mesh.msh: ", "mesh.inp: ", "mesh.vtu: ", "mesh: "))
     return line
 
 

@@ -49,7 +49,8 @@ class Linear:
             dofs = 3 * np.flatnonzero(where(self.box_positions.T)).astype(np.int32) + axis
             conditions.append(fem.dirichletbc(value, dofs, self.space.sub(axis)))
         load = ufl.inner(fem.Constant(self.mesh, np.zeros(3)), self.variation) * ufl.dx if load is None else load
-        found = LinearProblem(self.stiffness, load, bcs=conditions, petsc_options=LU).solve()
+        prefix = {} if compat.IS_0_9 else {"petsc_options_prefix": "linear_solid_"}
+        found = LinearProblem(self.stiffness, load, bcs=conditions, petsc_options=LU, **prefix).solve()
         work = fem.assemble_scalar(fem.form(ufl.action(ufl.action(self.stiffness, found), found)))
         return found.x.array.reshape(-1, 3), work
 

@@ -48,25 +48,47 @@ def extra(*chosen):
     return set().union(*(names(extras[name]) for name in chosen or extras))
 
 
-def installed(pattern):
-    """Names of the packages that the commands in the Dockerfile install which a pattern finds."""
+def packages():
+    """Rows of the table of Debian's packages: a name, and a version for each DOLFINx."""
+    lines = (ROOT / "docker" / "packages.txt").read_text("utf-8").splitlines()
+    return [line.split() for line in lines if line and not line.startswith("#")]
+
+
+def by_debian():
+    return {name for name, *_ in packages()[2:]}
+
+
+def by_pip():
+    """Names of the packages that the commands in the Dockerfile install by pip."""
     text = (ROOT / "docker" / "Dockerfile").read_text("utf-8").replace("\\\n", " ")
-    words = shlex.split(" ".join(re.findall(pattern + r" ([^&\n]*)", text)))
-    return {re.split("[=<>~]", word)[0] for word in words if not word.startswith(("-", "/"))}
+    words = shlex.split(" ".join(re.findall(r"pip install ([^&\n]*)", text)))
+    return {word.split("==")[0] for word in words if not word.startswith(("-", "/"))}
+
+
+def test_each_package_has_a_version_for_each_dolfinx():
+    (first, *versions), (second, *releases), *rest = packages()
+    assert (first, second) == ("dolfinx", "debian")
+    assert {len(row) for row in packages()} == {1 + len(versions)} == {1 + len(releases)}
+    assert len({name for name, *_ in rest}) == len(rest)
+    wanted = next(Requirement(text) for text in project()["project"]["dependencies"] if "dolfinx" in text)
+    packaged = next(row[1:] for row in rest if row[0] == "python3-dolfinx")
+    for version, found in zip(versions, packaged, strict=True):
+        assert wanted.specifier.contains(f"{version}.0")
+        assert found.startswith(f"1:{version}.")
 
 
 def test_the_image_has_every_dependency():
-    debian, pip = installed("apt-get install"), installed("pip install")
+    debian, pip = by_debian(), by_pip()
     for name in needed() | extra():
         choices = {DEBIAN[name]} if name in DEBIAN else {f"python3-{name}", name}
-        assert choices & debian or name in pip, f"{name}: expected one of {sorted(choices)} in docker/Dockerfile"
+        assert choices & debian or name in pip, f"{name}: expected one of {sorted(choices)} in docker/packages.txt"
 
 
 def test_the_image_has_no_python_package_that_nothing_asks_for():
     asked = needed() | extra() | names(project()["build-system"]["requires"])
     allowed = {DEBIAN.get(name, f"python3-{name}") for name in asked} | BESIDE
-    assert {name for name in installed("apt-get install") if name.startswith("python3-")} <= allowed
-    assert installed("pip install") <= asked
+    assert {name for name in by_debian() if name.startswith("python3-")} <= allowed
+    assert by_pip() <= asked
 
 
 def test_the_package_imports_what_it_depends_on_and_no_more():

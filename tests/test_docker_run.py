@@ -201,12 +201,31 @@ def test_the_image_follows_what_it_is_made_from(checkout):
     assert image() == names[0]
     for file, old, new in [
         ("pyproject.toml", '"rich"', '"rich>=13"'),
-        ("docker/Dockerfile", "openmpi-bin", "mpich"),
+        ("docker/packages.txt", "openmpi-bin", "mpich      "),
         ("docker/image.sh", "chroot", "oci"),
     ]:
         change(file, old, new)
         names.append(image())
     assert len(set(names)) == 4
+
+
+def test_another_dolfinx_is_another_image_of_another_debian(checkout):
+    plain, first, later = (
+        checkout.run(*words, "pytest", INSPECTED="1") for words in ([], ["--dolfinx", "0.9"], ["--dolfinx", "0.11"])
+    )
+    assert plain.words[-2:] == first.words[-2:]
+    assert later.words[-1] == "pytest"
+    assert later.words[-2] != first.words[-2]
+    for call, version in ((first, "0.9"), (later, "0.11")):
+        assert call.code == 7
+        assert f"DOLFINX={version}" in call.words
+    bases = [next(word for word in call.words if word.startswith("BASE=")) for call in (first, later)]
+    assert len(set(bases)) == 2
+
+
+def test_an_unknown_dolfinx_is_named(checkout):
+    for words in (["--dolfinx", "0.10", "pytest"], ["--dolfinx"]):
+        assert_refused(checkout.run(*words), "--dolfinx", "expected one of 0.9 0.11")
 
 
 def test_a_missing_image_is_built_first(checkout):
@@ -219,6 +238,19 @@ def test_a_missing_image_is_built_first(checkout):
     assert failed.code == 1
     assert "the build failed: Error: no space left" in failed.err
     assert "--read-only" not in failed.words
+
+
+def test_the_later_dolfinx_is_skipped_where_its_image_cannot_be_built(checkout):
+    shutil.copytree(ROOT / ".ci", checkout.root / ".ci")
+    path = f"{checkout.bin}:{os.environ['PATH']}"
+    names = {"PATH": path, "RECORD": str(checkout.record), "HOME": str(checkout.home), "NCF_ENGINE": "podman"}
+    words = [checkout.root / ".ci" / "later_dolfinx"]
+    environment = os.environ | names | {"INSPECTED": "1", "BUILT": "1"}
+    ended = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0
+    assert ended.stdout.startswith("skipped: DOLFINx 0.11 cannot be had here: docker/run: the build failed: ")
+    failing = subprocess.run(words, env=os.environ | names, capture_output=True, text=True, check=False)
+    assert failing.returncode != 0  # the stand-in ends with 7: that is of the tests, not of the image
 
 
 def here(*command, **changes):

@@ -100,7 +100,7 @@ def test_the_conda_recipe_asks_for_what_the_package_needs():
     made = yaml.safe_load(text)
     names = {requirement.split()[0] for requirement in made["requirements"]["run"]}
     assert len(names) == len(project["dependencies"]) + 2  # and python, petsc
-    assert "fenics-dolfinx >=0.9,<0.10" in made["requirements"]["run"]
+    assert "fenics-dolfinx >=0.9,<0.12,!=0.10.*" in made["requirements"]["run"]
     assert made["package"]["version"] == VERSION
     assert made["build"]["entry_points"] == ["ncf-fenicsx = ncf_fenicsx.cli:main"]
 

@@ -130,6 +130,8 @@ def main(out, factors):
     (out / "columns.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
     for file in sorted(Path(__file__).parent.glob("*/case.json")):
         case = json.loads(file.read_text(encoding="utf-8"))
+        if not case["uniform"]:
+            continue
         for key, factor in factors.items():
             law, constant = key.split(".")
             places = case["laws"].get(law, {})

@@ -15,7 +15,13 @@ import dolfinx
 import numpy as np
 import ufl
 from dolfinx import cpp, fem, la
+from dolfinx.fem import petsc
 from mpi4py import MPI
+
+IS_0_9 = dolfinx.__version__.startswith("0.9.")
+"""Else it is a later one, of the form that 0.11 has."""
+TAG = 1200
+"""Of messages between ranks, which later versions ask for; any number will do."""
 
 
 def processor_lines() -> list[str]:
@@ -41,7 +47,7 @@ def create_hexahedral_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray
     """Mesh of the cells and points that each rank hands in; cell ``i`` of a rank goes to rank ``parts[i]``."""
 
     def partitioner(_comm: Any, _count: int, _types: Any, _cells: Any) -> Any:
-        return dolfinx.graph.adjacencylist(parts.astype(np.int32).reshape(-1, 1))
+        return cpp.graph.AdjacencyList_int32(parts.astype(np.int32).reshape(-1, 1))
 
     element = basix.ufl.element("Lagrange", "hexahedron", 1, shape=(3,))
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=points, e=ufl.Mesh(element), partitioner=partitioner)
@@ -82,16 +88,21 @@ def _without_unused_nodes(space: Any) -> Any:
     numbers.scatter_forward()
     ghosts = np.setdiff1d(dofmap.list, np.arange(every.size_local))
     positions = ghosts - every.size_local
-    index_map = cpp.common.IndexMap(
-        every.comm, size, numbers.array[ghosts].astype(np.int64), every.owners[positions].astype(np.int32)
-    )
+    index_map = _index_map(every.comm, size, numbers.array[ghosts], every.owners[positions])
     renumbered = np.concatenate([local, np.zeros(every.num_ghosts, dtype=np.int64)])
     renumbered[ghosts] = size + np.arange(len(ghosts))
     cells = cpp.graph.AdjacencyList_int32(renumbered[dofmap.list].astype(np.int32))
     compact = cpp.fem.DofMap(dofmap.dof_layout, index_map, dofmap.index_map_bs, cells, dofmap.bs)
     plain = space._cpp_object
-    slim = type(plain)(space.mesh._cpp_object, plain.element, compact, list(space.value_shape))
+    shape = [list(space.value_shape)] if IS_0_9 else []
+    slim = type(plain)(space.mesh._cpp_object, plain.element, compact, *shape)
     return fem.FunctionSpace(space.mesh, space.ufl_element(), slim)
+
+
+def _index_map(comm: MPI.Comm, size: int, ghosts: np.ndarray, owners: np.ndarray) -> Any:
+    """Index map of a number of own entries, and of ghosts by their global numbers and owners."""
+    more = [] if IS_0_9 else [TAG]
+    return cpp.common.IndexMap(comm, size, ghosts.astype(np.int64), owners.astype(np.int32), *more)
 
 
 def interpolation_points(element: Any) -> np.ndarray:
@@ -103,6 +114,12 @@ def interpolation_points(element: Any) -> np.ndarray:
 def coordinates(mesh: Any) -> Any:
     """Positions of a mesh's undeformed points, symbolically."""
     return ufl.SpatialCoordinate(mesh)
+
+
+def create_vector(space: Any) -> Any:
+    """PETSc vector of the values of one space, with those of other ranks beside them."""
+    dofmap = space.dofmap
+    return la.create_petsc_vector(dofmap.index_map, dofmap.index_map_bs) if IS_0_9 else petsc.create_vector(space)
 
 
 def create_matrix(space: Any, links: np.ndarray) -> Any:
@@ -135,7 +152,7 @@ def _with_ghosts(own: Any, numbers: np.ndarray) -> tuple[Any, np.ndarray]:
     else:
         owners = np.searchsorted(starts, more, side="right") - 1
         ghosts = np.concatenate([own.ghosts, more]), np.concatenate([own.owners, owners])
-        extended = cpp.common.IndexMap(comm, own.size_local, ghosts[0], ghosts[1].astype(np.int32))
+        extended = _index_map(comm, own.size_local, *ghosts)
     every = np.concatenate([known, more])
     order = np.argsort(every)
     local = order[np.searchsorted(every, numbers, sorter=order)] if len(numbers) else numbers
@@ -172,7 +189,7 @@ def _cached(domain: Any, compiled: Callable[[], Any]) -> Any:
         _forget_marks(start, math.inf)
         raise
     except (TimeoutError, RuntimeError) as error:
-        if not re.search("timed out|just-in-time", str(error)):  # of this rank alone, maybe
+        if not re.search("timed out|just-in-time|JIT", str(error)):  # of this rank alone, maybe
             raise
         comm = domain.ufl_cargo().comm
         if "timed out" not in comm.bcast(str(error)):  # rank 0 knows

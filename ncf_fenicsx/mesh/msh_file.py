@@ -7,15 +7,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ncf_fenicsx.errors import SceneError
-from ncf_fenicsx.mesh.msh_sections import READ, BrokenFileError, Floats, Integers, Numbers, fail, layout, sections
+from ncf_fenicsx.mesh.mesh_file import (
+    HEXAHEDRON,
+    QUAD,
+    Floats,
+    Integers,
+    MeshFile,
+    check_nodes,
+    contents,
+    fail,
+    rows_of,
+)
+from ncf_fenicsx.mesh.msh_sections import Numbers, layout, sections
 
-QUAD, HEXAHEDRON = 3, 5
 SIZES = {15: 1, 1: 2, QUAD: 4, HEXAHEDRON: 8}
 """Nodes of the elements that may be in a file, by gmsh's number of the type: points, lines, quads, hexahedra."""
 OTHERS = {2: "triangles", 4: "tetrahedra", 6: "prisms", 7: "pyramids"}
@@ -29,39 +37,13 @@ Block = tuple[int, Integers, Integers]
 """Type of elements, tags of their nodes of shape (elements, nodes), and their physical numbers, 0 without a group."""
 
 
-@dataclass(frozen=True)
-class MshFile:
-    """Contents of a file.
-
-    Attributes:
-        points: coordinates in the file's unit, shape (nodes, 3).
-        elements: rows of ``points`` of each quad and hexahedron, by type, shape (elements, 4 or 8).
-        groups: physical numbers of those, 0 without one; an element of several groups is there once for each.
-        names: of groups, by dimension and physical number.
-    """
-
-    points: Floats
-    elements: dict[int, Integers]
-    groups: dict[int, Integers]
-    names: dict[tuple[int, int], str]
-
-
-def read_msh(path: Path) -> MshFile:
+def read_msh(path: Path) -> MeshFile:
     """Contents of a gmsh file.
 
     Raises:
-        SceneError: it cannot be read, or does not hold together.
+        BrokenFileError: it cannot be read, or does not hold together.
     """
-    try:
-        return _parse(path.read_bytes().removeprefix(b"\xef\xbb\xbf"))
-    except BrokenFileError as error:
-        raise SceneError(f"{path.name}: {error}") from error
-    except OSError as error:
-        raise SceneError(f"{path.name}: {error.strerror}; {READ}") from error
-
-
-def _parse(data: bytes) -> MshFile:
-    bodies = sections(data)
+    bodies = sections(contents(path))
     version, binary, size = layout(bodies["MeshFormat"])
     numbers = {name: Numbers(name, body, binary, size) for name, body in bodies.items()}
     for name in ("Nodes", "Elements"):
@@ -75,14 +57,17 @@ def _parse(data: bytes) -> MshFile:
         blocks = list(_blocks_22(numbers["Elements"]))
     for name in ("Nodes", "Elements"):
         numbers[name].end()
-    _check_nodes(tags, points)
+    check_nodes(tags, points)
     elements, groups = {}, {}
     for kind in (QUAD, HEXAHEDRON):
         nodes = [rows for code, rows, _ in blocks if code == kind]
-        elements[kind] = _rows_of(np.concatenate([np.zeros((0, SIZES[kind]), dtype=np.int64), *nodes]), tags)
+        elements[kind] = rows_of(
+            np.concatenate([np.zeros((0, SIZES[kind]), dtype=np.int64), *nodes]), tags, "section $Nodes"
+        )
         physical = [numbers for code, _, numbers in blocks if code == kind]
         groups[kind] = np.concatenate([np.zeros(0, dtype=np.int64), *physical])
-    return MshFile(points, elements, groups, _names(bodies.get("PhysicalNames", b"")))
+    names = _names(bodies.get("PhysicalNames", b""))
+    return MeshFile(points, elements, groups, names, "physical volume", "physical surface")
 
 
 def _nodes_41(numbers: Numbers) -> tuple[Integers, Floats]:
@@ -109,29 +94,6 @@ def _nodes_22(numbers: Numbers) -> tuple[Integers, Floats]:
         return nodes["tag"].astype(np.int64), nodes["place"]
     rows = numbers.take(4 * count, float).reshape(count, 4)
     return numbers.exact(rows[:, 0]), rows[:, 1:]
-
-
-def _check_nodes(tags: Integers, points: Floats) -> None:
-    if len(tags) and tags.min() < 1:
-        fail(f"has a node with the number {tags.min()}; expected 1 or more")
-    unique, count = np.unique(tags, return_counts=True)
-    if len(unique) < len(tags):
-        fail(f"has {count.max()} nodes with the number {unique[np.argmax(count)]}; expected one")
-    wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(wrong):
-        place = ", ".join(f"{value:g}" for value in points[wrong[0]])
-        fail(f"node {tags[wrong[0]]} is at ({place}); expected finite coordinates")
-
-
-def _rows_of(nodes: Integers, tags: Integers) -> Integers:
-    """Where the nodes of elements stand among all nodes."""
-    order = np.argsort(tags)
-    place = np.minimum(np.searchsorted(tags[order], nodes), len(tags) - 1)
-    if not len(tags) or not np.array_equal(tags[order][place], nodes):
-        missing = np.setdiff1d(nodes, tags)
-        if len(missing):
-            fail(f"an element has the node {missing[0]}, which is not in the file; expected those of section $Nodes")
-    return order[place]
 
 
 def _groups_of_entities(numbers: Numbers | None) -> dict[tuple[int, int], Integers]:

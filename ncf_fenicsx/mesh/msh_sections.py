@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 import warnings
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from ncf_fenicsx.mesh.mesh_file import Floats, Integers, fail
 
 READ = "expected a gmsh file of format 4.1 or 2.2"
 NEEDED = ("MeshFormat", "PhysicalNames", "Entities", "Nodes", "Elements")
@@ -19,15 +17,6 @@ VERSIONS = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "2.2": "2.2", "4": "4.1", "4
 """Formats that are read, each with the one whose layout it has."""
 LARGEST = 2**53
 """Whole numbers below are exact in the floats that text is read into."""
-
-
-class BrokenFileError(Exception):
-    """What is wrong with the contents of a file, in words."""
-
-
-def fail(words: str) -> NoReturn:
-    """Raise a BrokenFileError."""
-    raise BrokenFileError(words)
 
 
 def sections(data: bytes) -> dict[str, bytes]:

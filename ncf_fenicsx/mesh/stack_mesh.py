@@ -1,4 +1,4 @@
-"""Scene to distributed, tagged mesh: an extruded stack, or a gmsh file."""
+"""Scene to distributed, tagged mesh: an extruded stack, or a mesh file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh import compat, hexahedra
 from ncf_fenicsx.mesh.elements import Element
-from ncf_fenicsx.mesh.gmsh import read_gmsh
 from ncf_fenicsx.mesh.hexahedra import TAGS, Hexahedra, Integers
 from ncf_fenicsx.mesh.mesh_checks import check_extent, check_mesh
 from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.mesh.stack_file import read_stack
 from ncf_fenicsx.mesh.tool_placement import check_placement, placement_cautions, position_of_tools
 from ncf_fenicsx.mesh.wave_resolution import wave_cautions
 from ncf_fenicsx.scene import Scene
@@ -113,7 +113,7 @@ def build_mesh(scene: Scene, comm: MPI.Comm) -> StackMesh:
 def stack_of(scene: Scene) -> Hexahedra:
     """The checked stack of a scene as plain arrays, its layers bonded or with nodes of their own."""
     file = scene.stack.mesh
-    stack = _extruded(scene.stack, focus_of(scene)) if file is None else read_gmsh(Path(file), scene.stack.layers)
+    stack = _extruded(scene.stack, focus_of(scene)) if file is None else read_stack(Path(file), scene.stack.layers)
     if file is not None:
         check_extent(stack)
     hexahedra.check_cells(stack)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mesh.gmsh import VTK_TO_TENSOR
 from ncf_fenicsx.mesh.parallel import gather_rows, on_root
+from ncf_fenicsx.mesh.stack_file import VTK_TO_TENSOR
 from ncf_fenicsx.output.checkpoint import NAME
 from ncf_fenicsx.output.history_file import HistoryFile, Row
 from ncf_fenicsx.output.measures import Measures

@@ -260,7 +260,7 @@ class Scene(Settings):
         mesh = path.parent / str(self.stack.mesh)
         os.fsencode(mesh)  # where the locale has no such letter, that is what is wrong, not that the file is missing
         if not mesh.is_file():
-            raise SceneError(f"{path}: stack.mesh = {self.stack.mesh!r}: no such file; expected a gmsh file")
+            raise SceneError(f"{path}: stack.mesh = {self.stack.mesh!r}: no such file; expected a mesh file")
         stack = self.stack.model_copy(update={"mesh": str(mesh.resolve())})
         return self.model_copy(update={"stack": stack})
 

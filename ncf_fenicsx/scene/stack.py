@@ -115,7 +115,9 @@ class Stack(Settings):
         None, description="x and y that the mesh is refined towards; the tool's position unless given"
     )
     mesh: str | None = parameter(
-        None, description="gmsh file to use instead of size, divisions, through, grading, focus; relative to the scene"
+        None,
+        description="file of gmsh (.msh), Abaqus (.inp) or VTK (.vtk, .vtu) to use instead of size, divisions, "
+        "through, grading, focus; relative to the scene",
     )
     sides: Sides = parameter(Sides(), description="how the lateral sides are held")
 

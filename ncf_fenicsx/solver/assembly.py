@@ -31,7 +31,7 @@ class Residual:
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self.vector: Any = fem_petsc.create_vector(system.residual_form)
+        self.vector: Any = compat.create_vector(system.displacement.function_space)
 
     def values(self) -> Floats:
         """Forces in N of all owned dofs at the present displacement, reactions included."""

@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from ncf_fenicsx.contact.force_control import ForceControl
 from ncf_fenicsx.mechanics.time_step import Outcome
 from ncf_fenicsx.scene.settings import Solver as Settings
+from ncf_fenicsx.solver import compat
 from ncf_fenicsx.solver.assembly import Residual, TangentMatrix
 from ncf_fenicsx.solver.bordering import border
 from ncf_fenicsx.solver.convergence import Convergence
@@ -28,7 +29,7 @@ Floats = NDArray[np.float64]
 INSERT, FORWARD = PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD
 
 REASONS = {
-    PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN: "the residual is not a number",
+    compat.NO_NUMBER: "the residual is not a number",
     PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE: "the linear solver failed: singular tangent or not enough memory",
 }
 KEEP_NONE = 1_000
@@ -278,7 +279,7 @@ class Newton:
     def _test(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
         reasons, residual = PETSc.SNES.ConvergedReason, norms[2]
         if not np.isfinite(residual):
-            return reasons.DIVERGED_FNORM_NAN
+            return compat.NO_NUMBER
         interruption = self._interrupted()
         if interruption is not None:
             self._stopped = interruption

@@ -9,10 +9,10 @@ from program import SMALL_STACK
 
 from ncf_fenicsx import SceneError
 from ncf_fenicsx.mesh import build_mesh
-from ncf_fenicsx.mesh.gmsh import read_gmsh
 from ncf_fenicsx.mesh.hexahedra import check_cells
 from ncf_fenicsx.mesh.mesh_checks import check_mesh
 from ncf_fenicsx.mesh.msh_file import read_msh
+from ncf_fenicsx.mesh.stack_file import read_stack
 from ncf_fenicsx.scene.stack import Stack
 
 FREE = {"x_min": "fixed", "x_max": "free", "y_min": "free", "y_max": "free"}
@@ -27,10 +27,10 @@ def same(one, two):
 @pytest.mark.parametrize("content", [LATER, binary(TEXT), binary(LATER), TEXT.replace("\n", "\r\n"), "\ufeff" + TEXT])
 def test_all_ways_to_write_a_mesh_give_the_same(content, folder):
     write(folder, TEXT)
-    expected = read_gmsh(folder / "mesh.msh", 2)
+    expected = read_stack(folder / "mesh.msh", 2)
     COMM.barrier()
     build_mesh(write(folder, content), COMM)
-    found = read_gmsh(folder / "mesh.msh", 2)
+    found = read_stack(folder / "mesh.msh", 2)
     assert same(found, expected)
     assert np.array_equal(found.layer, expected.layer)
     assert np.array_equal(found.face_tags, expected.face_tags)
@@ -38,7 +38,7 @@ def test_all_ways_to_write_a_mesh_give_the_same(content, folder):
 
 def corners(path):
     """Corners of all cells of a file, in an order that depends on nothing but their places."""
-    read = read_gmsh(path, 2)
+    read = read_stack(path, 2)
     return np.sort(read.points[read.cells].reshape(len(read.cells), -1), axis=0)
 
 
@@ -75,7 +75,7 @@ def bent(mesh, radius):
 
 
 def checked(path, layers, **sides):
-    mesh = read_gmsh(path, layers)
+    mesh = read_stack(path, layers)
     check_cells(mesh)
     check_mesh(Stack(layers=layers, mesh=str(path), sides=FREE | sides), mesh)
 

@@ -40,12 +40,12 @@ def test_a_run_ends_in_the_same_state(table, folder, way):
     scene = table | {"laws": SOLID["laws"], "interface": way}
     whole, many = (run_with_factors(scene, factors, folder) for factors in ("new", "multigrid"))
     for name in ("tool_force", "penetration_max"):
-        assert many[0][name] == pytest.approx(whole[0][name], rel=1e-4), name
+        assert many[0][name] == pytest.approx(whole[0][name], rel=2e-4), name  # other steps on the way
     errors = many[0]["tool_work_error"] + whole[0]["tool_work_error"]  # other iterations, other steps
     assert many[0]["tool_work"] == pytest.approx(whole[0]["tool_work"], abs=errors)
     assert errors < 0.02 * whole[0]["tool_work"]
     assert many[1]["krylov_steps"] > 0 == whole[1]["krylov_steps"]
-    assert many[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=15)
+    assert many[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=25)
     assert many[1]["factorisations"] < whole[1]["factorisations"]
 
 

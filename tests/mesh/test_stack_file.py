@@ -8,8 +8,8 @@ from program import SMALL_STACK
 
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.mesh import build_mesh, hexahedra
-from ncf_fenicsx.mesh.gmsh import read_gmsh
 from ncf_fenicsx.mesh.hexahedra import Hexahedra, lower_tag, upper_tag
+from ncf_fenicsx.mesh.stack_file import read_stack
 
 COMM = MPI.COMM_WORLD
 
@@ -139,7 +139,7 @@ def test_cells_in_a_volume_that_is_no_layer_are_named(folder):
 
 
 def test_layers_that_share_nodes_are_split_and_separate_ones_bonded():
-    shared = read_gmsh(SMALL_STACK, 2)
+    shared = read_stack(SMALL_STACK, 2)
     split = hexahedra.split_layers(shared, np.array([0, 1]))
     bonded = hexahedra.bond_layers(split)
     assert len(split.points) == len(shared.points) + 7 * 3
