@@ -1,13 +1,31 @@
 """Chromium without a window, as Debian packages it: opens a page and tells what a reader would see and meet."""
 
 import json
+import re
 import shutil
 import time
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 
 WIDE, NARROW = (1280, 900), (390, 844)
+PAGE = "report.html"
+READ = """
+const [places, done] = arguments, canvas = document.querySelector('.view canvas'), found = [];
+const frame = () => new Promise((next) => requestAnimationFrame(next));
+(async () => {
+  for (const [x, y] of places) {
+    const box = canvas.getBoundingClientRect();
+    const at = {clientX: box.left + x * box.width, clientY: box.top + y * box.height};
+    canvas.dispatchEvent(new PointerEvent('pointermove', at));
+    await frame();
+    const read = document.querySelector('.view .read');
+    if (read.dataset.value !== '') found.push([Number(read.dataset.value), read.textContent]);
+  }
+  done(found);
+})();
+"""
 
 
 class Browser:
@@ -83,3 +101,15 @@ def opened(*switches):
         yield Browser(driver)
     finally:
         driver.quit()
+
+
+def all_readings(browser):
+    """Values by the number of their cell or node, from a grid of places."""
+    places = [(x, y) for x in np.linspace(0.2, 0.8, 7) for y in np.linspace(0.3, 0.7, 5)]
+    found = browser.driver.execute_async_script(READ, places)
+    return {int(words.split()[-1]): value for value, words in found}
+
+
+def step_of(browser):
+    """Largest rounding of the shown field that the page states."""
+    return float(re.search(r"rounded by (\S+)", browser.text("#range-note"))[1])

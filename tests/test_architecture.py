@@ -107,6 +107,11 @@ def test_a_folder_of_kinds_names_all_of_its_files(folder):
     assert {name for name in found if hasattr(package, name)} == found
 
 
+def test_files_of_tests_stay_readable():
+    lines = {path.name: path.read_text("utf-8").count("\n") for path in Path(__file__).parent.rglob("*.py")}
+    assert {name: count for name, count in lines.items() if count > 300} == {}
+
+
 @pytest.mark.parametrize("path", files(), ids=name_of)
 def test_files_and_functions_stay_readable(path):
     text = path.read_text("utf-8")

@@ -18,6 +18,7 @@ from petsc4py import PETSc
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.simulation.simulation import Simulation
+from ncf_fenicsx.solver.direct_factors import SPARE
 
 DEMOS = Path(__file__).parents[1]
 SIZES = (20, 41, 60)
@@ -29,17 +30,19 @@ TOLERANCE = 1e-8
 def tangent(count, folder):
     """The matrix, and a load of random forces on the dofs that are free."""
     changes = [f"stack.divisions=[{count}, {count}]", "stack.grading=[0, 0]", "laws.bending.modulus='0.1 GPa'"]
-    newton = Simulation(Scene.read(DEMOS / "roller.toml", changes), folder, MPI.COMM_WORLD, overwrite=True).newton
-    matrix = newton.tangent.assemble()
+    simulation = Simulation(Scene.read(DEMOS / "roller.toml", changes), folder, MPI.COMM_WORLD, overwrite=True)
+    matrix = simulation.newton.tangent.assemble()
     load = matrix.createVecLeft()
     load.array[:] = np.random.default_rng(0).standard_normal(load.getLocalSize())
-    load.array[newton._constrained] = 0.0
+    load.array[simulation.problem.supports.dofs] = 0.0
     return matrix, load
 
 
 def measured(matrix, load, precision):
     """One line on factors of a precision."""
-    PETSc.Options()["mixed_pc_precision"] = precision
+    options = PETSc.Options()
+    options["mixed_pc_precision"] = precision
+    options["mixed_mat_mumps_icntl_14"] = SPARE
     solver = PETSc.KSP().create()
     solver.setOptionsPrefix("mixed_")
     solver.setOperators(matrix)

@@ -153,3 +153,14 @@ def test_a_number_is_read_to_the_last_digit(digits, exponent):
 @pytest.mark.parametrize("text", ["1,2", "1_2", "1 2", "inf", "nan", "1e", "e5", "0x1", "1.5.2", "", "-", "."])
 def test_what_is_no_number_is_none(text):
     assert parse_number(text) is None
+
+
+@given(st.floats(1e-6, 1e6))
+def test_quantities_are_converted_once_and_exactly_enough(value):
+    assert parse_quantity(f"{value!r} mm", "m") == pytest.approx(value * 1e-3, rel=1e-14)
+    assert parse_quantity(f"{value!r} mm/min", "m/s") == pytest.approx(value * 1e-3 / 60, rel=1e-14)
+
+
+@pytest.mark.parametrize("text", ["2", "2 mm mm mm", "two mm", "", "nan m", "inf m", "2 m/", "__import__('os')", 3])
+def test_what_is_no_quantity_is_none(text):
+    assert parse_quantity(text, "m") is None

@@ -5,12 +5,9 @@ import sys
 import tomllib
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from program import DEMOS, ENVIRONMENT, ROOT, SMALL_STACK
 
 from ncf_fenicsx import Scene, SceneError
-from ncf_fenicsx.parameters.units import parse_quantity
 from ncf_fenicsx.scene.keys import keys
 
 pytestmark = pytest.mark.serial
@@ -300,14 +297,3 @@ def test_every_key_has_a_meaning():
     units = {key: unit for key, unit, _, _ in listed}
     assert units["stack.thickness"] == "m"
     assert units["tool(cylinder).radius"] == "m"
-
-
-@given(st.floats(1e-6, 1e6))
-def test_quantities_are_converted_once_and_exactly_enough(value):
-    assert parse_quantity(f"{value!r} mm", "m") == pytest.approx(value * 1e-3, rel=1e-14)
-    assert parse_quantity(f"{value!r} mm/min", "m/s") == pytest.approx(value * 1e-3 / 60, rel=1e-14)
-
-
-@pytest.mark.parametrize("text", ["2", "2 mm mm mm", "two mm", "", "nan m", "inf m", "2 m/", "__import__('os')", 3])
-def test_what_is_no_quantity_is_none(text):
-    assert parse_quantity(text, "m") is None
