@@ -65,7 +65,7 @@ def cleaned(table):
     return table
 
 
-@settings(max_examples=10, **PROFILE)
+@settings(max_examples=5, **PROFILE)
 @given(tables())
 def test_a_few_random_scenes_end_or_say_why(table):
     check(cleaned(table))
