@@ -20,6 +20,8 @@ from ncf_fenicsx.accuracy.sequence import plan, run
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.simulation.run_record import Result
 
+pytestmark = pytest.mark.two_ranks
+
 ONE = DEMOS / "single_element.toml"
 QUIET = ["output.picture=false", "output.report=false"]
 SMALL = [

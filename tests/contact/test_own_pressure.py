@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from assembled import assign, build
 
+pytestmark = pytest.mark.two_ranks
+
 LENGTH, ELEMENTS, THICKNESS = 40e-3, 8, 2e-3
 
 

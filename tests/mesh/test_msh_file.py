@@ -10,6 +10,8 @@ from program import call
 from ncf_fenicsx import SceneError
 from ncf_fenicsx.mesh.stack_mesh import stack_of
 
+pytestmark = pytest.mark.two_ranks
+
 SCENE = """
 duration = "1 s"
 [stack]

@@ -15,6 +15,8 @@ from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.simulation.preview import preview
 
+pytestmark = pytest.mark.two_ranks
+
 
 def about_tools(words):
     """Without cautions of laws, which the fixture's defaults have."""

@@ -6,6 +6,8 @@ import pytest
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.output.contact_edges import extent
 
+pytestmark = pytest.mark.two_ranks
+
 
 def hertz_gap(x, a):
     """Gap in m beside a line contact of half width a (m) on radius 1 m, next to no penetration within it."""

@@ -13,6 +13,8 @@ from ncf_fenicsx.output.face_pressures import FacePressures
 from ncf_fenicsx.report.reference_solution import VfField
 from ncf_fenicsx.simulation import Simulation
 
+pytestmark = pytest.mark.two_ranks
+
 COMM = MPI.COMM_WORLD
 LENGTH = 8e-3
 

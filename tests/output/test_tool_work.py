@@ -6,6 +6,8 @@ import pytest
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.output.tool_work import ToolWork
 
+pytestmark = pytest.mark.two_ranks
+
 
 def work_of(times, force, position, ends):
     work = ToolWork(np.zeros(ToolWork.size(1)), ends)

@@ -8,6 +8,8 @@ from ncf_fenicsx import Scene, run
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reference_solution import VfField
 
+pytestmark = pytest.mark.two_ranks
+
 COMM = MPI.COMM_WORLD
 MOVING = [
     {"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"},
@@ -43,6 +45,7 @@ def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder):
     assert run(found, folder / "first", restart=True).history[-1]["tool_force"] == last["tool_force"]
 
 
+@pytest.mark.serial
 def test_it_has_a_smaller_error_than_an_even_mesh_with_as_many_elements(table, folder):
     """A roller that travels, against four times as many elements; the whole of its path is seen, not its end."""
     strip = {"size": ["24 mm", "1 mm"], "sides": {"y_max": "symmetry"}}

@@ -37,7 +37,7 @@ def kill_at(process, out, row, seconds, one_rank):
 
 
 @pytest.mark.serial
-@pytest.mark.parametrize("kills", [4, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [2, pytest.param(10, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_a_run_ends_with_the_same_history(tmp_path, kills):
     out, moments = tmp_path / "killed", random.Random(4)
     whole = start(*SLOW_ROLLER, "--out", tmp_path / "whole")

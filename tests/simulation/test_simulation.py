@@ -67,7 +67,11 @@ UNSEEN = ("output.picture=false", "output.report=false")
 
 @pytest.mark.serial
 @pytest.mark.parametrize(
-    "mesh", [["stack.order=1"], ["stack.order=2", "stack.divisions=[8, 2]"]], ids=["order 1", "order 2"]
+    "mesh",
+    [
+        pytest.param(["stack.order=1"], id="order 1"),
+        pytest.param(["stack.order=2", "stack.divisions=[8, 2]"], id="order 2", marks=pytest.mark.slow),
+    ],
 )
 def test_one_two_and_three_ranks_give_one_history(folder, mesh):
     histories = []
