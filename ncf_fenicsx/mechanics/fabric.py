@@ -14,7 +14,7 @@ from ncf_fenicsx.laws.law import CompactionStep
 from ncf_fenicsx.mechanics.material import Clock, Material, Volumes, normal_stress_of
 from ncf_fenicsx.scene.laws import Laws
 
-LEAST_MEMBRANE = 1e-3
+LEAST_MEMBRANE = 1e-4
 """Share of the membrane at all points where it is looked at by few: with none, some motions in the plane are free."""
 
 

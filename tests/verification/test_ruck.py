@@ -94,12 +94,12 @@ def pushed(folder, travel, order, divisions):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("order", "divisions"), [(1, 160), (2, 80)])
-@pytest.mark.parametrize(("travel", "slope"), [(0.3, 12), (0.6, 16), (2.6, 30)])
-def test_a_ruck_is_the_heavy_elastica(folder, travel, slope, order, divisions):
+@pytest.mark.parametrize(("travel", "slope", "apart"), [(0.3, 12, 0.03), (0.6, 16, 0.02), (2.6, 30, 0.06)])
+def test_a_ruck_is_the_heavy_elastica(folder, travel, slope, apart, order, divisions):
     height, length, force, steepest = pushed(folder, travel, order, divisions)
-    assert height == pytest.approx(1, rel=(0.01, 0.015)[order - 1])
-    assert length == pytest.approx(1, rel=0.02)
-    assert force == pytest.approx(1, rel=(0.02, 0.04)[order - 1])  # order 2 keeps a part of a membrane that locks
+    assert height == pytest.approx(1, rel=0.01)
+    assert length == pytest.approx(1, rel=apart)  # of its lift-offs: the foot's edge lifts one of a steep ruck
+    assert force == pytest.approx(1, rel=0.02)
     assert np.degrees(steepest) > slope
 
 
