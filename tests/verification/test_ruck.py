@@ -79,7 +79,7 @@ def test_the_elastica_is_that_of_the_literature(length, expected):
 def pushed(folder, travel, order, divisions):
     """Height, length and force of a ruck over those of the elastica of the same excess length, and its slope in rad."""
     table = RUCK | {"stack": RUCK["stack"] | {"order": order, "divisions": [divisions, 1]}}
-    # Pressed deeper, the foot's edge lifts the sheet; less, a steep ruck wanders on the smooth plane and is late at rest.
+    # Pressed deeper, the foot's edge lifts the sheet; less, a steep ruck wanders on the smooth plane, and rests late.
     press, rest = (0.02, 60) if travel > 1 else (0.003, 20)
     down, along = ["0 mm", "0 mm", f"-{press} mm"], [f"{travel} mm", "0 mm", "0 mm"]
     path = [{"travel": down, "speed": "1 mm/min"}, {"travel": along, "speed": "2 mm/min"}, {"hold": f"{rest} s"}]
