@@ -6,6 +6,8 @@ from assembled import COMM, assign, build, bumpy, forces, gradient_error, step_o
 
 from ncf_fenicsx.mesh import compat
 
+pytestmark = pytest.mark.two_ranks
+
 SOFT = {"in_plane": {"modulus": "1 MPa"}}  # so that round-off of the fibres hides nothing else
 WAYS = {
     "penalty": {},

@@ -15,6 +15,8 @@ from ncf_fenicsx.laws.law import number
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.output.measures import Measures
 
+pytestmark = pytest.mark.two_ranks
+
 SUM = PETSc.Mat.InfoType.GLOBAL_SUM
 
 

@@ -15,6 +15,8 @@ from ncf_fenicsx.mesh.msh_file import read_msh
 from ncf_fenicsx.mesh.stack_file import read_stack
 from ncf_fenicsx.scene.stack import Stack
 
+pytestmark = pytest.mark.two_ranks
+
 FREE = {"x_min": "fixed", "x_max": "free", "y_min": "free", "y_max": "free"}
 TEXT = text_22(GOOD)
 LATER = text_41(GOOD)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from gmsh_files import GOOD, line_of, stack, text_22, text_41, write
 
+pytestmark = pytest.mark.two_ranks
+
 FREE = {"x_min": "fixed", "x_max": "free", "y_min": "free", "y_max": "free"}
 
 

@@ -6,6 +6,8 @@ from assembled import COMM, build, step_of
 
 from ncf_fenicsx.solver.convergence import RUNAWAY, Convergence
 
+pytestmark = pytest.mark.two_ranks
+
 
 class Contact:
     """Says what a test tells it to."""
