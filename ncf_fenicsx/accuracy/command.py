@@ -102,8 +102,8 @@ def _ranks_that_pay(scene: Scene) -> int:
     """Ranks for a scene, or for the finest level that it needs at least; said where it is more than one."""
     if scene.accuracy is None:
         scene = coarse_scene(scene) if scene.stack.is_automatic else scene
-        unknowns = 3 * size_of(scene).nodes
-        memory = 1e9 * expected_memory(scene)
+        unknowns = size_of(scene).unknowns
+        memory = 1e9 * expected_memory(scene, unknowns)
     else:
         levels, _ = checked_levels(scene, scene.accuracy)
         cost = expected(levels[FEWEST - 1], [])

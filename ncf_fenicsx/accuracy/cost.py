@@ -48,8 +48,8 @@ def expected(scene: Scene, before: list[Cost]) -> Cost:
     Raises:
         SceneError: the scene cannot be run.
     """
-    unknowns = 3 * size_of(scene).nodes
-    memory = 1e9 * expected_memory(scene)
+    unknowns = size_of(scene).unknowns
+    memory = 1e9 * expected_memory(scene, unknowns)
     if not before:
         seconds = SECONDS_PER_UNKNOWN_AND_STEP * unknowns * sum(_steps(piece) for piece in _spans(scene))
         return Cost(unknowns, seconds, memory)

@@ -38,7 +38,7 @@ class StackSize:
 
     Attributes:
         cells: number of hexahedra.
-        nodes: number of nodes, which carry three unknowns each.
+        nodes: number of nodes.
         facing: number of facets where layers may part, of the lower layer of each two.
         cautions: what is doubtful about where the tools are, and about elements.
         position: of tools that have none of their own, x and y in m.
@@ -49,6 +49,11 @@ class StackSize:
     facing: int
     cautions: list[str]
     position: tuple[float, float]
+
+    @property
+    def unknowns(self) -> int:
+        """Number of displacements: three at each node."""
+        return 3 * self.nodes
 
 
 def size_of(scene: Scene) -> StackSize:

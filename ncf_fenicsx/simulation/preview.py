@@ -26,7 +26,7 @@ def preview(scene: Scene) -> str:
         x, y = scene.stack.divisions_by_layer[0]
         first = [f"divisions: a run finds them {aim}, by a coarse run of {x} x {y} elements a layer, which this is:"]
     size = size_of(scene)
-    unknowns, facing = 3 * size.nodes, size.facing
+    unknowns, facing = size.unknowns, size.facing
     laws = scene.laws
     terms = [f"{law.family} ({law.kind})" for law in laws.chosen]
     if scene.gravity:
@@ -45,7 +45,7 @@ def preview(scene: Scene) -> str:
         f"unknowns: {unknowns}",
         f"states at quadrature points: {', '.join(laws.initial_states(0.0)) or 'none'}",
         "tangent: " + ("symmetric, LDL^T" if scene.symmetric else "not symmetric, LU"),
-        f"expected memory: {expected_memory(scene):.2g} GB",
+        f"expected memory: {expected_memory(scene, unknowns):.2g} GB",
         *(
             f"path to {end:.4g} s in steps of {control.first:.3g} s (first) to {control.largest:.3g} s (largest)"
             for end, control in pieces(scene)

@@ -18,6 +18,7 @@ from distributed.system import MEMORY_LIMIT
 
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.memory import expected_memory
+from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
 
@@ -113,7 +114,7 @@ def place_for(
         SceneError: the scene is not valid, or the options do not go together.
     """
     scene = Scene.read(file, overrides)
-    return Place(scheduler, cluster, workers, ranks, expected_memory(scene))
+    return Place(scheduler, cluster, workers, ranks, expected_memory(scene, size_of(scene).unknowns))
 
 
 def batch_cluster(name: str, ranks: int, memory: float) -> Any:
