@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from pathlib import Path
 
 from ncf_fenicsx.calibration.plots import Floats, Panel
@@ -31,11 +32,16 @@ def write_page(path: Path, title: str, words: str, drawn: list[Panel]) -> Path:
         ResultError: it cannot be written.
     """
     lines = [line for line in words.splitlines() if line.strip()]
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")]
-    tables = [("Fitted numbers", cells[0], cells[1:])] if cells else []
+    tables = [_table(list(rows)) for is_table, rows in groupby(lines, lambda line: line.startswith("|")) if is_table]
     answer = [line for line in lines if not line.startswith("|")]
     study = Study("Calibration", READ, [_panel(one) for one in drawn], tables, answer)
     return write_panels(path, f"{study.title}: {title}", study)
+
+
+def _table(lines: list[str]) -> tuple[str, list[str], list[list[str]]]:
+    """Caption, head and rows of a table in words."""
+    head, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")]
+    return ("Tests" if head[0] == "test" else "Fitted numbers"), head, rows
 
 
 def _panel(one: Panel) -> study_panels.Panel:

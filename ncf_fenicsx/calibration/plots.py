@@ -56,7 +56,7 @@ def panels(made: Calibration) -> list[Panel]:
         histories = {test.name: (test, History(fit.laws, test, fit.machine)) for test in made.tests}
         over_vf = Panel("compaction", ("fibre volume fraction", "pressure (kPa)"))
         over_time = Panel("compaction over time", ("time (s)", "pressure (kPa)"))
-        off = Panel("residuals", ("pressure (kPa)", "thickness at that pressure off by (%)"))
+        off = Panel("residuals", ("pressure (kPa)", "thickness off by (%)"))
         for name, (test, history) in histories.items():
             measured, modelled = (np.asarray(p / 1e3, dtype=np.float64) for p in (test.pressure, history.pressure))
             for panel, across in ((over_vf, history.volume_fraction), (over_time, test.time)):
