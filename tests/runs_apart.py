@@ -12,12 +12,18 @@ ROUND_OFF = 1e-14
 """Of differences of positions in m, whose displacements are tenths of a mm: the amplitude of a flat face is 1e-15."""
 
 
+AMPLIFIED = {"vf_error": 100}
+"""Columns in which round-off stands larger: the error's share of a change of Vf that is next to nothing at rest. With
+two ranks on a loaded machine, whose messages come in another order each time, it repeats to 2e-10, vf_max to 8e-14."""
+
+
 def compare(history, expected, tolerance=1e-10):
     """Histories agree to a tolerance of each column's largest value."""
     assert len(history) == len(expected)
     for name in set(expected[0]) - COST:
         one, two = (np.array([row[name] for row in rows]) for rows in (history, expected))
-        assert np.abs(one - two).max() <= tolerance * np.abs(two).max() + ROUND_OFF, name
+        allowed = tolerance * AMPLIFIED.get(name, 1)
+        assert np.abs(one - two).max() <= allowed * np.abs(two).max() + ROUND_OFF, name
 
 
 SLOW_ROLLER = [
