@@ -123,8 +123,14 @@ def test_a_relaxing_stack_creeps_under_a_constant_force(folder):
 STEPS = {"small": {"largest_step": "1 s"}, "large": {"first_step": "2.5 s", "largest_step": "2.5 s"}}
 
 
-@pytest.mark.parametrize(("roll", "steps"), [(False, "small"), (True, "small"), (False, "large")])
-@pytest.mark.two_ranks
+@pytest.mark.parametrize(
+    ("roll", "steps"),
+    [
+        pytest.param(False, "small", marks=pytest.mark.serial),
+        pytest.param(True, "small", marks=pytest.mark.two_ranks),
+        pytest.param(False, "large", marks=pytest.mark.serial),
+    ],
+)
 def test_a_roller_travels_under_a_constant_force(folder, roll, steps):
     """Over the stack from inside towards its free end, which it comes near: it sinks there, its force stays."""
     tool = TOOLS["cylinder"] | {"position": ["4 mm", "0 mm"]}

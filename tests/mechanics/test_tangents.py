@@ -86,6 +86,7 @@ def asymmetry_of(matrix):
 
 
 @pytest.mark.parametrize("name", LAWS)
+@pytest.mark.serial
 def test_forces_of_every_law_turn_with_the_body(table, name):
     """Objectivity: a rigid rotation by 90 degrees after a deformation turns the internal forces by as much."""
     problem, _ = strained(table, LAWS[name])
@@ -137,6 +138,7 @@ def symbols_of(law):
 
 
 @pytest.mark.parametrize("name", LAWS)
+@pytest.mark.serial
 def test_every_parameter_of_every_law_changes_the_tangent(table, name):
     problem, newton = strained(table, LAWS[name])
     material = problem.material
@@ -173,6 +175,7 @@ def test_every_parameter_of_every_law_changes_the_tangent(table, name):
         {"tool": {"width": "infinite", "radius": "200 mm"}},
     ],
 )
+@pytest.mark.serial
 def test_every_parameter_changes_the_tangent(table, change):
     table["laws"] = {"in_plane": {"modulus": "1 MPa"}}
     norms = []
