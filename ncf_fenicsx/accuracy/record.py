@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ncf_fenicsx.accuracy.answer import Answer, bar_words, words_of
+from ncf_fenicsx.accuracy.bands import write_bands
 from ncf_fenicsx.accuracy.quantities import QUANTITIES
 from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.output.safe_files import replace
@@ -63,15 +64,22 @@ def _level(answer: Answer, number: int) -> dict[str, Any]:
     return {"level": level.number, **cost, **found}
 
 
-def show_in(finest: Path, record: dict[str, Any], output: Output) -> list[str]:
-    """Put the error bars of a sequence into the record of its finest run, and draw what its scene asks for of both.
+def show_in_finest(answer: Answer, record: dict[str, Any], output: Output) -> list[str]:
+    """Put the error bars of a sequence beside the results of its finest run, and draw what its scene asks for of both.
+
+    Args:
+        answer: of the sequence, with a level at least.
+        record: of it, as written.
+        output: what the scene asks for.
 
     Returns:
         What could not be drawn.
 
     Raises:
-        ResultError: the record cannot be written.
+        ResultError: they cannot be written.
     """
+    finest = answer.levels[-1].folder
+    write_bands(answer)
     shown = {key: record[key] for key in ("asked", "met", "ending", "quantities", "different_branches")}
     _write(finest / "run.json", read_record(finest) | {"accuracy": shown})
     wanted = {"summary.png": draw_summary} if output.picture else {}

@@ -15,7 +15,7 @@ from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.cost import Cost, duration, expected
 from ncf_fenicsx.accuracy.levels import BELOW, Levels, learn
 from ncf_fenicsx.accuracy.quantities import check_quantities
-from ncf_fenicsx.accuracy.record import show_in, write_answer
+from ncf_fenicsx.accuracy.record import show_in_finest, write_answer
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.mesh.stack_size import size_of
@@ -243,7 +243,7 @@ class Sequence:
         if self.answer.levels:
             folder = self.answer.levels[-1].folder
             record = on_root(self.comm, lambda: self._write((done, reason)))
-            for words in on_root(self.comm, lambda: show_in(folder, record, self.scene.output)):
+            for words in on_root(self.comm, lambda: show_in_finest(self.answer, record, self.scene.output)):
                 say(f"caution: {words}")
             say("\n" + "\n".join(self.answer.lines))
         return Result(done, reason, folder, history)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ncf_fenicsx.parameters.kinds import numbered
-from ncf_fenicsx.report.error_bars import FORCE, VF, VOIDS, WORK, WRINKLES, bars, with_errors
+from ncf_fenicsx.report.error_bars import FORCE, VF, VOIDS, WRINKLES, bars, with_errors
 from ncf_fenicsx.report.reading import Results
 
 MM, KPA = 1e3, 1e-3
@@ -47,7 +47,7 @@ def curves(results: Results) -> list[dict[str, Any]]:
         _curve(WRINKLES, "mm", MM, waves("wrinkle_height")),
         _curve("Wavelength of wrinkles", "mm", MM, waves("wrinkle_wavelength")),
         _curve(PENETRATION, "mm", MM, depths + at("interface_penetration_max")),
-        _curve(WORK, "J", 1, [("tool_work", "of the tools")]),
+        _curve("Work", "J", 1, [("tool_work", "of the tools")]),
         _curve(
             ERRORS,
             "1",

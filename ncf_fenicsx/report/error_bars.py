@@ -9,21 +9,14 @@ import numpy as np
 
 from ncf_fenicsx.report.reading import Results
 
-FORCE, VF, VOIDS, WRINKLES, WORK = (
-    "Force",
-    "Vf in the stack",
-    "Volume of the voids",
-    "Height of wrinkles",
-    "Work",
-)
+FORCE, VF, VOIDS, WRINKLES = "Force", "Vf in the stack", "Volume of the voids", "Height of wrinkles"
 """Titles of curves whose error is known, or asked for."""
 NO_BAND = {
-    FORCE: "No error band: no column of history.csv is an error of the force at a step (time_error is that of the mean "
-    "pressure, in one step). A run with --accuracy has a bar at the largest force.",
-    VF: "No error band: vf_error is one number for the whole field. A run with --accuracy has a bar at the largest Vf.",
+    FORCE: "No error band: a single run does not tell the error of its force (time_error is that of the mean "
+    "pressure, in one step). A run with --accuracy has a band.",
+    VF: "No error band: vf_error is one number for the whole field. A run with --accuracy and vf among its quantities "
+    "has a band around the largest Vf.",
 }
-BANDS = {WORK: ("tool_work", "tool_work_error")}
-"""Columns whose error at each step is another column, by the title of their curve."""
 
 
 @dataclass(frozen=True)
@@ -70,12 +63,21 @@ def bars(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def with_errors(curve: dict[str, Any], results: Results, known: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """A curve with its band or its bar, and with what there is to say of them."""
+    """A curve with its bands or its bar, and with what there is to say of them."""
     title = curve["title"]
-    if title in known:
+    said = known[title]["words"] if title in known else ""
+    found = {line["column"]: f"{line['column']}_error" for line in curve["lines"]}
+    bands = {column: error for column, error in found.items() if _is_told(results, error)}
+    if bands:
+        words = f"The band is {' or '.join(bands.values())} on both sides."
+        return curve | {"bands": bands, "note": f"{words} {said}".rstrip()}
+    if said:
         bar = known[title]
-        return curve | {"bar": {name: bar[name] for name in ("column", "row", "half")}, "note": bar["words"]}
-    column, error = BANDS.get(title, ("", ""))
-    if error in results.history and np.isfinite(results.history[error]).any():
-        return curve | {"band": {"column": column, "half": error}, "note": f"The band is {error} on both sides."}
+        return curve | {"bar": {name: bar[name] for name in ("column", "row", "half")}, "note": said}
     return curve | {"note": NO_BAND.get(title, "")}
+
+
+def _is_told(results: Results, error: str) -> bool:
+    """Whether an error is known at some step: of a column of the history, or from a sequence of runs."""
+    values = (results.history | results.errors).get(error)
+    return values is not None and bool(np.isfinite(values).any())

@@ -53,7 +53,7 @@ def spare(main: str) -> int:
 
 def run_data(results: Results, most_bytes: int) -> dict[str, Any]:
     """What the scripts of a page draw of a run, in about so many bytes at most: as many steps as they hold."""
-    history = {name: encoding.numbers(values) for name, values in results.history.items()}
+    history = {name: encoding.numbers(values) for name, values in (results.history | results.errors).items()}
     drawn = {
         "name": str(results.folder.name),
         "title": results.scene.title,

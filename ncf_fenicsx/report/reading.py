@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 from xml.etree import ElementTree
@@ -14,6 +14,7 @@ import meshio
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.output.results_folder import ERROR_BANDS
 from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 
@@ -64,6 +65,7 @@ class Results:
         history: columns of ``history.csv`` by name, of length 0 before the first step.
         record: contents of ``run.json``; empty while the run has not ended.
         snapshots: times in s and names of the field files.
+        errors: of columns of the history at each of its rows, by name, as a sequence of runs has told them.
     """
 
     folder: Path
@@ -71,6 +73,7 @@ class Results:
     history: dict[str, Any]
     record: dict[str, Any]
     snapshots: list[tuple[float, str]]
+    errors: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
     def read(cls, folder: Path) -> Self:
@@ -86,11 +89,12 @@ class Results:
             table = tomllib.loads(scene.read_text(encoding="utf-8"))
             record = read_record(folder) if (folder / "run.json").exists() else {}
             snapshots = read_snapshots(folder) if (folder / "fields.pvd").exists() else []
-            rows = read_history(folder / "history.csv") if _has_lines(folder / "history.csv") else None
+            history, errors = (_columns(folder / name) for name in ("history.csv", ERROR_BANDS))
         except (OSError, ValueError, ElementTree.ParseError) as error:
             raise SceneError(f"{folder}: cannot be read: {error}; expected a results folder") from error
-        history = {} if rows is None or rows.dtype.names is None else {name: rows[name] for name in rows.dtype.names}
-        return cls(folder, Scene.from_table(table, source=str(scene)), history, record, snapshots)
+        if not np.array_equal(errors.pop("time", ()), history.get("time", ())):
+            errors = {}  # the run has gone on since
+        return cls(folder, Scene.from_table(table, source=str(scene)), history, record, snapshots, errors)
 
     @property
     def rows(self) -> int:
@@ -115,6 +119,7 @@ class Results:
         return [column for column in columns if column in self.history]
 
 
-def _has_lines(path: Path) -> bool:
-    """Whether a file is there and has a whole line."""
-    return path.exists() and "\n" in path.read_text(encoding="utf-8")
+def _columns(path: Path) -> dict[str, Any]:
+    """Columns of a table by name; none of one that is not there, or has no whole line."""
+    rows = read_history(path) if path.exists() and "\n" in path.read_text(encoding="utf-8") else None
+    return {} if rows is None or rows.dtype.names is None else {name: rows[name] for name in rows.dtype.names}

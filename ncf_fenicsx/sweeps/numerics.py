@@ -15,15 +15,15 @@ from typing import Any
 from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.inputs import Column
-from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, Measure
+from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, WRINKLE, Measure
 from ncf_fenicsx.sweeps.plans import Plan
 from ncf_fenicsx.sweeps.scene_work import SceneWork, name_of
 from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
 from ncf_fenicsx.workers.launch import BARE, launch
 from ncf_fenicsx.workers.rows import Point, read_rows
 
-QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume"}
-"""Results with their names in ``[accuracy]``; wrinkles are left out, which few runs have."""
+QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume", WRINKLE: "wrinkle_height"}
+"""Results with their names in ``[accuracy]``."""
 IN_TIME = 0.9
 """Share of the wall time of a run after which its sequence takes the best answer: the rest is for that."""
 TOLERANCE = Column("accuracy.tolerance", "%")
@@ -71,7 +71,7 @@ class NumericsWork:
 
     Attributes:
         plain: runs it as the study does.
-        quantities: of ``[accuracy]``, whose bars are asked for.
+        quantities: of ``[accuracy]``, whose bars are asked for; that of wrinkles only where the plain run has one.
     """
 
     plain: SceneWork
@@ -84,7 +84,9 @@ class NumericsWork:
         if found[ENDING] != "done":
             return {key: found[key] for key in (ENDING, REASON)}
         varied = [column.override(value) for column, value in zip((*work.columns, TOLERANCE), point, strict=True)]
-        asked = {"quantities": list(self.quantities), "most_time": f"{IN_TIME * work.limit} s"}
+        flat = {QUANTITIES[WRINKLE]} if float(found[WRINKLE.heading]) == 0 else set()
+        quantities = [name for name in self.quantities if name not in flat]
+        asked = {"quantities": quantities, "most_time": f"{IN_TIME * work.limit} s"}
         levels = [f"accuracy.{key}={json.dumps(value)}" for key, value in asked.items()]
         folder, overrides = work.folder / f"{name_of(point)}_levels", (*work.overrides, *varied, *BARE, *levels)
         ended = launch(work.file, folder, overrides, work.limit, ranks=work.ranks, record=ACCURACY)

@@ -18,6 +18,7 @@ from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.cost import Cost
 from ncf_fenicsx.accuracy.sequence import plan, run
 from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.simulation.run_record import Result
 
 pytestmark = pytest.mark.two_ranks
@@ -78,6 +79,9 @@ def _shown_everywhere(finest, found, said):
     assert words in said
     assert any(" N +- " in line and "Vf max" in line for line in said.splitlines())
     assert json.loads((finest / "run.json").read_text("utf-8"))["accuracy"]["quantities"] == found["quantities"]
+    results = Results.read(finest)
+    last = results.errors["tool_force_error"][-1], results.errors["vf_max_error"][-1]
+    assert last == pytest.approx([found["quantities"][name]["bar"] for name in ("force", "vf")])
     assert words.split(",")[0] in (finest / "report.html").read_text("utf-8")
     assert (finest / "summary.png").is_file()
     assert words in (finest.parent / "report.html").read_text("utf-8")

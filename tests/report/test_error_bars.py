@@ -32,8 +32,8 @@ def test_without_an_error_of_its_own_a_curve_says_so(results):
     found = by_title(results)
     for title in ("Force", "Vf in the stack"):
         assert found[title]["note"].startswith("No error band: ")
-        assert not {"band", "bar"} & set(found[title])
-    assert found["Work"]["band"] == {"column": "tool_work", "half": "tool_work_error"}
+        assert not {"bands", "bar"} & set(found[title])
+    assert found["Work"]["bands"] == {"tool_work": "tool_work_error"}
     assert [line["column"] for line in found["Work"]["lines"]] == ["tool_work"]
 
 
@@ -51,6 +51,30 @@ def test_a_sequence_has_bars_at_the_largest_values(finest):
         "Volume of the voids",
         "Height of wrinkles",
     }
+
+
+@pytest.fixture
+def banded(finest):
+    """The same with an error at each step, a hundredth of each force."""
+    history = Results.read(finest).history
+    errors = np.column_stack([history["time"], history["tool_force"] / 100])
+    np.savetxt(finest / "error_bands.csv", errors, "%r", ",", header="time,tool_force_error", comments="")
+    return finest
+
+
+def test_a_sequence_has_a_band_around_a_curve_whose_errors_it_knows(banded):
+    found = by_title(banded)
+    assert found["Force"]["bands"] == {"tool_force": "tool_force_error"}
+    assert "bar" not in found["Force"]
+    for words in ("The band is tool_force_error on both sides. ", BAR["bar_words"]):
+        assert words in found["Force"]["note"]
+    assert found["Vf in the stack"]["note"].startswith("No error band: ")
+
+
+def test_bands_of_a_run_that_has_gone_on_since_are_not_those_of_its_history(banded):
+    with (banded / "history.csv").open("a") as file:
+        file.write((banded / "history.csv").read_text().splitlines()[-1] + "\n")
+    assert by_title(banded)["Force"]["bar"]["half"] == 0.25
 
 
 def rows_of(browser, title, call="csv()"):
@@ -79,3 +103,13 @@ def test_bars_and_bands_are_drawn(browser, finest):
     assert rows_of(browser, "Force", "svg()").count("<path") == 1
     scale = rows_of(browser, "Force", "drawn.scales.y.max")
     assert scale >= history["tool_force"][row] + 0.25
+
+
+def test_a_band_is_drawn_around_the_force(browser, banded):
+    write_report(banded)
+    browser.open(banded / "report.html")
+    assert browser.complaints() == []
+    for row in csv.DictReader(io.StringIO(rows_of(browser, "Force"))):
+        low, force, high = (float(row[f"tool 1{end}, N"]) for end in (", lower end", "", ", upper end"))
+        assert (low, high) == pytest.approx((0.99 * force, 1.01 * force))
+    assert "polygon" in rows_of(browser, "Force", "svg()")

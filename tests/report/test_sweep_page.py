@@ -137,6 +137,14 @@ def test_the_page_opens_and_shows_one_result_at_a_time(browser, folder):
     assert browser.text("#shown-run") == (
         "a: tool.radius [m] 0.002, laws.rate.kind kelly, force [N] 1, vf_max 0.5, seconds [s] 3.5"
     )
+    read = []
+    for key in ("ArrowDown", "ArrowDown", "ArrowUp"):
+        browser.run(
+            f"document.querySelector('#parallel .scroll').dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}'}}))"
+        )
+        read.append(browser.text("#shown-run")[:2])
+    assert read == ["b:", "c:", "b:"]
+    assert browser.run("return document.querySelectorAll('#parallel .shown').length") == 1
     table = browser.run("return document.querySelector('figure').curve.csv()")
     assert len(table.splitlines()) == 1 + 4  # runs at one place are not one point
     assert browser.run("return document.querySelectorAll('b').length") == 0

@@ -1,6 +1,7 @@
 """The numerical error beside that of the inputs: which run is refined, what is read of it, and how it is said."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from program import DEMOS
@@ -41,7 +42,7 @@ def work(tmp_path, monkeypatch):
 
     def plain(self, point):  # noqa: ARG001
         asked.append(("plain", point))
-        return {"force [N]": "1.0", "vf_max": "0.5", "ending": "done", "reason": ""}
+        return {"force [N]": "1.0", "vf_max": "0.5", "wrinkle_height [m]": "0", "ending": "done", "reason": ""}
 
     def levels(file, folder, overrides, limit, ranks, record):  # noqa: ARG001
         asked.append(("levels", overrides, limit, ranks))
@@ -72,6 +73,15 @@ def test_a_point_is_run_as_the_others_and_by_levels(work):
     assert numerics_of(row)[FORCE].error == pytest.approx(0.13)
 
 
+@pytest.mark.parametrize(("height", "more"), [("0", ()), ("0.002", ("wrinkle_height",))])
+def test_only_a_run_with_a_wrinkle_has_its_height_refined(work, monkeypatch, height, more):
+    made, asked = work
+    found = {"force [N]": "1.0", "wrinkle_height [m]": height, "ending": "done", "reason": ""}
+    monkeypatch.setattr(SceneWork, "__call__", lambda self, point: found)  # noqa: ARG005
+    replace(made, quantities=("force", "wrinkle_height"))(("0.002", "5.0"))
+    assert Scene.read(FILE, asked[0][1]).accuracy.quantities == ("force", *more)
+
+
 def test_a_run_that_fails_is_not_refined(work, monkeypatch):
     made, asked = work
     monkeypatch.setattr(SceneWork, "__call__", lambda self, point: {"ending": "stopped", "reason": "folds"})  # noqa: ARG005
@@ -88,8 +98,8 @@ def test_the_error_is_said_beside_the_deviation():
 
 
 def test_only_what_a_scene_has_is_asked_for():
-    assert refinement(FILE, (), "2 %") == Refinement(0.02, ("force", "vf", "void_volume"))
-    assert refinement(DEMOS / "single_element.toml", (), "2 %").quantities == ("force", "vf")
+    assert refinement(FILE, (), "2 %") == Refinement(0.02, ("force", "vf", "void_volume", "wrinkle_height"))
+    assert refinement(DEMOS / "single_element.toml", (), "2 %").quantities == ("force", "vf", "wrinkle_height")
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ def test_the_elastica_is_that_of_the_literature(length, expected):
 
 
 def pushed(folder, travel, order, divisions):
-    """Height, length and force of a ruck over those of the elastica of the same excess length, and its slope in rad."""
+    """Height, length in plan and force of a ruck over those of the elastica of its excess length; its slope in rad."""
     table = RUCK | {"stack": RUCK["stack"] | {"order": order, "divisions": [divisions, 1]}}
     # Pressed deeper, the foot's edge lifts the sheet; less, a steep ruck wanders on the smooth plane, and rests late.
     press, rest = (0.02, 60) if travel > 1 else (0.003, 20)
@@ -87,20 +87,24 @@ def pushed(folder, travel, order, divisions):
     last = history[-1]
     excess, height = measured(simulation.problem)
     length = brentq(lambda length: elastica(length)[0] - excess / UNIT, 2.0, 4.5)
-    _, expected, force = elastica(length)
+    more, expected, force = elastica(length)
     carried = abs(last["support_force_x"]) / width(simulation.scene)
     assert last["viscous_force"] < 1e-3 * abs(last["support_force_x"])
-    ratios = height / UNIT / expected, last["wrinkle_length_1"] / UNIT / length, carried * UNIT**2 / RIGIDITY / force
+    ratios = (
+        height / UNIT / expected,
+        last["wrinkle_length_1"] / UNIT / (length - more),
+        carried * UNIT**2 / RIGIDITY / force,
+    )
     return *ratios, last["misalignment_max_1"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("order", "divisions"), [(1, 160), (2, 80)])
-@pytest.mark.parametrize(("travel", "slope", "apart"), [(0.3, 12, 0.03), (0.6, 16, 0.02), (2.6, 30, 0.07)])
-def test_a_ruck_is_the_heavy_elastica(folder, travel, slope, apart, order, divisions):
+@pytest.mark.parametrize(("travel", "slope"), [(0.3, 12), (0.6, 16), (2.6, 30)])
+def test_a_ruck_is_the_heavy_elastica(folder, travel, slope, order, divisions):
     height, length, force, steepest = pushed(folder, travel, order, divisions)
     assert height == pytest.approx(1, rel=0.01)
-    assert length == pytest.approx(1, rel=apart)  # of its lift-offs: the foot's edge lifts one of a steep ruck
+    assert length == pytest.approx(1, rel=0.02)
     assert force == pytest.approx(1, rel=0.02)
     assert np.degrees(steepest) > slope
 

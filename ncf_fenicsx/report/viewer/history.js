@@ -80,10 +80,10 @@ class HistoryCurves {
 }
 
 /* Lower and upper ends of the errors of a column: none, of all its rows, or of the one that has a bar. */
-function endsOf({ band, bar }, column, columns) {
+function endsOf({ bands, bar }, column, columns) {
   const values = columns[column];
-  if (band?.column === column) {
-    const half = columns[band.half];
+  const half = columns[bands?.[column]];
+  if (half) {
     return [values.map((value, i) => value - half[i]), values.map((value, i) => value + half[i])];
   }
   if (bar?.column !== column) return [];

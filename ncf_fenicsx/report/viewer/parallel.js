@@ -50,6 +50,27 @@ function drawAxis(axis, number, image) {
   svgPart("title", {}, label, axis.heading);
 }
 
+/* Lines of the runs; a call to read the next one or the one before, which then stands in front. */
+function drawRuns(axes, runs, scale, image, words) {
+  const lines = runs.map((name, run) => {
+    const places = axes.map((axis, i) => [AXES.side + AXES.step * i, axis.values[run], axis]).filter((one) => one[1] !== null);
+    const points = places.map(([x, value, axis]) => `${x},${AXES.top + AXES.height * (1 - shareOf(axis, value))}`).join(" ");
+    const stroke = scale.values[run] === null ? "grey" : shade(shareOf(scale, scale.values[run]));
+    const line = svgPart("polyline", { points, stroke, class: "run" }, image);
+    const said = `${name}: ${places.map(([, value, axis]) => `${axis.heading} ${textOf(axis, value)}`).join(", ")}`;
+    line.addEventListener("pointerenter", () => show(run));
+    return { line, said };
+  });
+  let shown = -1;
+  function show(run) {
+    shown = run;
+    lines.forEach(({ line }, i) => line.classList.toggle("shown", i === run));
+    lines.at(run).line.parentNode.append(lines.at(run).line);
+    words.textContent = lines.at(run).said;
+  }
+  return (by) => show(shown < 0 && by < 0 ? runs.length - 1 : (shown + by + runs.length) % runs.length);
+}
+
 function drawParallel(parent, { axes, runs, of, coloured }) {
   const width = 2 * AXES.side + AXES.step * (axes.length - 1);
   const frame = make("div", "", parent);
@@ -57,20 +78,17 @@ function drawParallel(parent, { axes, runs, of, coloured }) {
   frame.tabIndex = 0;
   const attributes = { viewBox: `0 0 ${width} ${AXES.top + AXES.height + 48}`, role: "img", width };
   const image = svgPart("svg", { ...attributes, "aria-label": "Each run as a line across its inputs and results" }, frame);
-  const words = make("p", "Point at a line to read its run.", parent);
+  const words = make("p", "Point at a line to read its run, or press the up and down keys.", parent);
   words.className = "note";
   words.setAttribute("aria-live", "polite");
   words.id = "shown-run";
   const scale = axes[Math.min(coloured, axes.length - 1)];
-  runs.forEach((name, run) => {
-    const places = axes.map((axis, i) => [AXES.side + AXES.step * i, axis.values[run], axis]).filter((one) => one[1] !== null);
-    const points = places.map(([x, value, axis]) => `${x},${AXES.top + AXES.height * (1 - shareOf(axis, value))}`).join(" ");
-    const stroke = scale.values[run] === null ? "grey" : shade(shareOf(scale, scale.values[run]));
-    const line = svgPart("polyline", { points, stroke, class: "run" }, image);
-    line.addEventListener("pointerenter", () => {
-      image.append(line);
-      words.textContent = `${name}: ${places.map(([, value, axis]) => `${axis.heading} ${textOf(axis, value)}`).join(", ")}`;
-    });
+  const step = drawRuns(axes, runs, scale, svgPart("g", {}, image), words);
+  frame.addEventListener("keydown", (event) => {
+    const by = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    step(by);
   });
   axes.forEach((axis, number) => drawAxis(axis, number, image));
   const thinned = runs.length < of ? `${runs.length} of ${of} runs are drawn. ` : "";
