@@ -15,7 +15,7 @@ COMM = MPI.COMM_WORLD
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("kind", ["one_sided", "bonded"])
+@pytest.mark.parametrize("kind", ["one_sided", pytest.param("bonded", marks=pytest.mark.two_ranks)])
 def test_a_gmsh_file_gives_the_history_of_the_extruded_stack_on_the_same_nodes(kind, order, folder):
     table = {
         "tool": {"width": "infinite", "path": [{"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"}]},

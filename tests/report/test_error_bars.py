@@ -58,7 +58,7 @@ def banded(finest):
     """The same with an error at each step, a hundredth of each force."""
     history = Results.read(finest).history
     errors = np.column_stack([history["time"], history["tool_force"] / 100])
-    np.savetxt(finest / "error_bands.csv", errors, "%r", ",", header="time,tool_force_error", comments="")
+    np.savetxt(finest / "error_bands.csv", errors, "%.17g", ",", header="time,tool_force_error", comments="")
     return finest
 
 

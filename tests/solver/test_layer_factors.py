@@ -115,7 +115,7 @@ def test_parts_of_a_singular_tangent_are_told(table):
     assert LinearSolver(layer_factors(newton), keeps=False).factorise(matrix) != 0
 
 
-@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("force", [pytest.param(False, marks=pytest.mark.two_ranks), True])
 def test_a_run_ends_in_the_same_state(table, folder, force):
     if force:
         table["tool"]["path"] = [{"hold": "10 s", "force": "0.1 N"}]

@@ -104,6 +104,7 @@ def test_a_singular_tangent_is_told():
     assert chain.error(spring_chain()) < 1e-10
 
 
+@pytest.mark.two_ranks
 def test_a_run_with_kept_factors_ends_in_the_same_state(table, folder):
     kept, new = (run_with_factors(table, factors, folder) for factors in ("kept", "new"))
     for name in ("tool_force", "vf_max", "vf_mean", "void_volume_1"):
