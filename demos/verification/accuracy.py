@@ -11,6 +11,7 @@ import argparse
 import csv
 import math
 import statistics
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,7 +115,9 @@ def main() -> None:
         writer.writeheader()
         writer.writerows(rows)
     inside = sum(row["inside"] == "True" for row in rows)
-    over = statistics.median(float(row["bar_over_error"]) for row in rows) if rows else float("nan")
+    if not rows:
+        sys.exit(f"no tolerance was reached {FINER} levels before the last: expected more --levels")
+    over = statistics.median(float(row["bar_over_error"]) for row in rows)
     print(f"{inside} of {len(rows)} true errors are inside their bars; the median bar is {over:.3g} true errors")
 
 
