@@ -32,6 +32,7 @@ NEWTONS = {
     "kept factors": "solver.factors=kept",
 }
 TIME_SCALINGS = (30_000, 10_000)
+ASKED = ("5 %", "2 %", "1 %")
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Variant:
         overrides: ``key=value`` texts.
         command: ``run`` or ``explicit``.
         ranks: processes.
+        by_levels: whether an accuracy is asked for, so that it is a sequence of runs.
     """
 
     method: str
@@ -51,6 +53,7 @@ class Variant:
     overrides: tuple[str, ...]
     command: str = "run"
     ranks: int = 1
+    by_levels: bool = False
 
     @property
     def name(self) -> str:
@@ -90,6 +93,7 @@ class Variants:
             *self._times(),
             *self._contacts(),
             *self._solvers(),
+            *self._asked(),
             *self._others(),
         ]
 
@@ -184,6 +188,16 @@ class Variants:
             yield Variant("Newton's method", name, (text,))
         if any(isinstance(way, OneSided) for way in self.scene.interfaces):
             yield Variant("Newton's method", "factors of layers", ("solver.factors=layers",))
+
+    def _asked(self) -> Iterator[Variant]:
+        """The accuracy by name; through the layers as well where the reference is refined so."""
+        meshes: dict[str, tuple[str, ...]] = {"accuracy asked": ()}
+        if self._is_long:
+            meshes["accuracy asked in plane strain"] = self._strip(1.0)
+        through = ("stack.through=resolved",) if self._has_through else ()
+        for method, mesh in meshes.items():
+            for asked in ASKED:
+                yield Variant(method, asked, (*mesh, *through, f"accuracy.tolerance='{asked}'"), by_levels=True)
 
     def _others(self) -> Iterator[Variant]:
         for ranks in range(1, (os.cpu_count() or 1) + 1):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.report.closing import drawn_or_told
 from ncf_fenicsx.report.page import PAGE
-from ncf_fenicsx.report.reading import read_history
+from ncf_fenicsx.report.reading import read_history, read_record
 from ncf_fenicsx.report.reference_solution import Extrapolated, VfField
 from ncf_fenicsx.report.study_page import write_study
 from ncf_fenicsx.scene import Scene
@@ -21,7 +23,7 @@ from ncf_fenicsx.study.machine import machine
 from ncf_fenicsx.study.work_precision import draw_work_precision
 from ncf_fenicsx.workers.cluster import Place
 from ncf_fenicsx.workers.engine import Outcome, run_missing
-from ncf_fenicsx.workers.launch import BARE, Ended, launch
+from ncf_fenicsx.workers.launch import BARE, IN_TIME, launch
 from ncf_fenicsx.workers.rows import Point, Row, read_rows, write_rows
 
 MEASURED = ("force_N", "vf_max", "void_m3")
@@ -57,24 +59,41 @@ class VariantWork:
     def __call__(self, point: Point) -> Outcome:
         """Outcome of the variant of a point."""
         variant = self.variants[point]
-        overrides = (*self.overrides, *variant.overrides, *BARE)
-        ended = launch(self.file, self.folder / variant.name, overrides, self.limit, variant.command, variant.ranks)
-        outcome = {"ending": ended.ending, "reason": ended.reason}
-        return outcome | (self._figures(ended) if ended.ending == "done" else {})
+        return (self._sequence if variant.by_levels else self._single)(variant, self.folder / variant.name)
 
-    def _figures(self, ended: Ended) -> Outcome:
-        """What a run that is done tells; its estimate is of what the reference refines."""
+    def _single(self, variant: Variant, folder: Path) -> Outcome:
+        overrides = (*self.overrides, *variant.overrides, *BARE)
+        ended = launch(self.file, folder, overrides, self.limit, variant.command, variant.ranks)
+        outcome = {"ending": ended.ending, "reason": ended.reason}
+        return outcome | (self._figures([folder]) if ended.ending == "done" else {})
+
+    def _sequence(self, variant: Variant, folder: Path) -> Outcome:
+        """One that has taken too long has an answer too, but not the one asked for."""
+        overrides = (*self.overrides, *variant.overrides, *BARE, f"accuracy.most_time={IN_TIME * self.limit} s")
+        ended = launch(self.file, folder, overrides, self.limit, record=ACCURACY)
+        if not (folder / ACCURACY).is_file():
+            return {"ending": ended.ending, "reason": ended.reason}
+        if not json.loads((folder / ACCURACY).read_text("utf-8"))["met"]:
+            return {"ending": "stopped", "reason": ended.ending}
+        return {"ending": "done", "reason": ended.ending} | self._figures(runs_of(folder))
+
+    def _figures(self, folders: list[Path]) -> Outcome:
+        """What runs that are done have cost together, and what the last one tells.
+
+        The estimate is of what the reference refines.
+        """
         estimate = "vf_error" if self.through else "vf_error_in_plane"
-        history, record = read_history(ended.folder / "history.csv"), ended.record
+        history, records = read_history(folders[-1] / "history.csv"), [read_record(folder) for folder in folders]
         voids = [history[name] for name in history.dtype.names if name.startswith("void_volume")]
+        iterations = [one.get("newton_iterations", one.get("explicit", {}).get("steps")) for one in records]
         cost = {
-            "seconds": f"{record['seconds_total'] - record['seconds']['forms']:.3f}",
-            "seconds_cpu": f"{record['seconds_cpu']:.3f}",
-            "memory_mb": f"{record['peak_memory_mb']:.0f}",
-            "iterations": str(record.get("newton_iterations", record.get("explicit", {}).get("steps"))),
-            "steps": str(record["steps"]),
-            "unknowns": str(record["unknowns"]),
-            "ranks": str(record["ranks"]),
+            "seconds": f"{sum(one['seconds_total'] - one['seconds']['forms'] for one in records):.3f}",
+            "seconds_cpu": f"{sum(one['seconds_cpu'] for one in records):.3f}",
+            "memory_mb": f"{max(one['peak_memory_mb'] for one in records):.0f}",
+            "iterations": str(sum(iterations)),
+            "steps": str(sum(one["steps"] for one in records)),
+            "unknowns": str(records[-1]["unknowns"]),
+            "ranks": str(records[-1]["ranks"]),
         }
         return cost | {
             "force_N": f"{history['tool_force'].max():.8g}",
@@ -82,6 +101,14 @@ class VariantWork:
             "void_m3": f"{np.sum(voids, axis=0).max() if voids else 0.0:.8g}",
             "vf_estimate": f"{history[estimate][-1]:.3g}",
         }
+
+
+def runs_of(folder: Path) -> list[Path]:
+    """Folders of the runs of a variant: its own, or those of the levels of a sequence, the finest one last."""
+    if not (folder / ACCURACY).is_file():
+        return [folder]
+    levels = json.loads((folder / ACCURACY).read_text("utf-8"))["levels"]
+    return [folder / f"level_{level['level']}" for level in levels]
 
 
 @dataclass(frozen=True)
@@ -140,7 +167,7 @@ class ErrorTime:
         return self.folder / "runs"
 
     def _folder_of(self, variant: Variant) -> Path:
-        return self._runs / variant.name
+        return runs_of(self._runs / variant.name)[-1]
 
     def _weighed(self, variants: list[Variant], scene: Scene) -> list[Row]:
         """Rows of the variants with their errors."""

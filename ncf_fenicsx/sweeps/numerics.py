@@ -19,13 +19,11 @@ from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, WRINKLE, Measu
 from ncf_fenicsx.sweeps.plans import Plan
 from ncf_fenicsx.sweeps.scene_work import SceneWork, name_of
 from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
-from ncf_fenicsx.workers.launch import BARE, launch
+from ncf_fenicsx.workers.launch import BARE, IN_TIME, launch
 from ncf_fenicsx.workers.rows import Point, read_rows
 
 QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume", WRINKLE: "wrinkle_height"}
 """Results with their names in ``[accuracy]``."""
-IN_TIME = 0.9
-"""Share of the wall time of a run after which its sequence takes the best answer: the rest is for that."""
 TOLERANCE = Column("accuracy.tolerance", "%")
 ROWS = "numerics.csv"
 KINDS = ("", "finest ", "bar of ")

@@ -17,6 +17,9 @@ RECORD = "run.json"
 BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and neither picture nor page."""
 
+IN_TIME = 0.9
+"""Share of the wall time of a run after which a sequence to an accuracy takes its best answer: the rest is for that."""
+
 
 @dataclass(frozen=True)
 class Ended:

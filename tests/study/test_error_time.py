@@ -2,15 +2,17 @@
 
 import csv
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from program import DEMOS
 
 from ncf_fenicsx import Scene, SceneError, run
+from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.reference_solution import Extrapolated, VfField
-from ncf_fenicsx.study.error_grid import TOGETHER, Variants
-from ncf_fenicsx.study.error_time import ErrorTime, VariantWork, advice
+from ncf_fenicsx.study.error_grid import TOGETHER, Variant, Variants
+from ncf_fenicsx.study.error_time import ErrorTime, VariantWork, advice, runs_of
 from ncf_fenicsx.study.work_precision import front
 
 pytestmark = pytest.mark.serial
@@ -114,6 +116,20 @@ def test_a_study_weighs_its_runs_and_goes_on_where_it_was_ended(tmp_path):
     before = (tmp_path / "runs.csv").read_text()
     study.run(["elements"])
     assert (tmp_path / "runs.csv").read_text() == before  # nothing was run again
+
+
+def test_an_accuracy_that_is_asked_for_costs_all_its_levels(tmp_path):
+    loose = Variant("accuracy asked", "30 %", ("accuracy.tolerance=30 %",), by_levels=True)
+    strict = replace(loose, level="0.01 %", overrides=("accuracy.tolerance=0.01 %", "accuracy.most_memory=1 MB"))
+    work = VariantWork(FILE, tmp_path, SMALL, 200, False, {(one.method, one.level): one for one in (loose, strict)})
+    row = work(("accuracy asked", "30 %"))
+    levels = [Results.read(folder) for folder in runs_of(tmp_path / loose.name)]
+    assert row["ending"] == "done"
+    assert len(levels) >= 3
+    assert int(row["iterations"]) == sum(level.record["newton_iterations"] for level in levels)
+    assert float(row["force_N"]) == pytest.approx(levels[-1].history["tool_force"].max(), rel=1e-7)
+    assert int(row["unknowns"]) == max(level.record["unknowns"] for level in levels)
+    assert work(("accuracy asked", "0.01 %"))["ending"] != "done"
 
 
 def test_a_run_that_fails_is_a_row_and_a_reference_that_fails_is_told(tmp_path):
