@@ -53,7 +53,7 @@ def last_of_segment(history, end):
     return next(row for row in history if row["time"] >= end * (1 - 1e-9))
 
 
-@pytest.mark.parametrize("clearance", ["0 mm", "0.1 mm"])
+@pytest.mark.parametrize("clearance", ["0 mm", pytest.param("0.1 mm", marks=pytest.mark.serial)])
 @pytest.mark.parametrize("name", TOOLS)
 def test_a_force_is_reached_by_a_ramp_at_the_height_that_a_travel_needs_for_it(folder, name, clearance):
     """From the start, where the tool touches the stack or has to find it; then the same height without control."""
@@ -76,7 +76,7 @@ def test_a_force_is_reached_by_a_ramp_at_the_height_that_a_travel_needs_for_it(f
 
 
 @pytest.mark.parametrize("name", TOOLS)
-@pytest.mark.parametrize("more", [1.5, 0.5])
+@pytest.mark.parametrize("more", [1.5, pytest.param(0.5, marks=pytest.mark.serial)])
 def test_a_force_after_a_travel_starts_from_the_force_that_there_is_and_a_lift_ends_it(folder, name, more):
     press = {"plate": 0.4e-3, "cylinder": 0.2e-3}[name]
     alone = finished(scene(TOOLS[name], down(press)), folder / "travel")

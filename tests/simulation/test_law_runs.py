@@ -67,6 +67,7 @@ RELAXATION = {"branches": [{"share": 0.3, "time": "2 s"}, {"share": 0.2, "time":
     ],
     ids=["rate", "relaxation", "unloading", "all", "printed rate", "table", "tables and decades"],
 )
+@pytest.mark.serial
 def test_a_cycle_under_a_plate_follows_the_laws_step_by_step(laws, folder):
     """Press, hold, lift, press harder, lift off: the force is the laws' own at the Vf and times of the run."""
     scene = plate(CYCLE, laws)
@@ -86,6 +87,7 @@ def test_a_cycle_under_a_plate_follows_the_laws_step_by_step(laws, folder):
         assert np.concatenate(stress) == pytest.approx(np.repeat(-expected, 6), rel=1e-6, abs=1e-6 * loaded.max())
 
 
+@pytest.mark.serial
 def test_a_hold_decays_as_the_exact_solution(folder):
     """Pressed fast and held: p + sum of p share exp(-t / time), the plate's own penetration aside."""
     laws = {"rate": {"kind": "none"}, "relaxation": RELAXATION}
@@ -99,6 +101,7 @@ def test_a_hold_decays_as_the_exact_solution(folder):
     assert pressure_of(result)[-1] < 0.75 * pressure_of(result).max()
 
 
+@pytest.mark.serial
 def test_the_force_of_a_ramp_is_of_order_two_in_the_time_step(folder):
     laws = {"rate": {"kind": "none"}, "relaxation": {"branches": [{"share": 2.0, "time": "3 s"}]}}
     forces, steps = [], (4, 8, 16, 128)
@@ -113,6 +116,7 @@ def test_the_force_of_a_ramp_is_of_order_two_in_the_time_step(folder):
     assert -2.3 < order < -1.8
 
 
+@pytest.mark.serial
 def test_the_set_stays_when_the_tool_lifts(folder):
     laws = {"rate": {"kind": "none"}, "unloading": {"set_share": 0.5}}
     result = run(plate([press(0.5), press(-1)], laws), folder)
@@ -173,6 +177,7 @@ def test_a_run_ends_before_the_packing_limit_and_says_where(folder):
     assert 0.7 < result.history[-1]["vf_max"] < np.pi / 4
 
 
+@pytest.mark.serial
 def test_gutowskis_limit_locks_the_fabric(folder):
     scene = plate([press(1.4)], {"compaction": {"kind": "gutowski", "limit": 0.6}}, force_tolerance=1e-7)
     result = run(scene, folder)

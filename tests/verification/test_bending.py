@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from layers import everywhere, simulate
 
-pytestmark = pytest.mark.two_ranks
+pytestmark = pytest.mark.serial
 
 
 def cantilever(layers, kind, load):

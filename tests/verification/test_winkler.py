@@ -14,7 +14,7 @@ from ncf_fenicsx import Scene
 from ncf_fenicsx.scene.stack import Stack
 from ncf_fenicsx.simulation import Simulation
 
-pytestmark = pytest.mark.two_ranks
+pytestmark = pytest.mark.serial
 
 COMM = MPI.COMM_WORLD
 PEAK, FORCE = 0.01, 0.005
