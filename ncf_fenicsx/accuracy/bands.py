@@ -29,8 +29,8 @@ def write_bands(answer: Answer) -> None:
         return
     levels = [Results.read(level.folder) for level in answer.levels]
     finest = levels[-1]
-    asked = {QUANTITIES[name].column for name in answer.quantities}
-    columns = [name for column in ("tool_force", "vf_max") if column in asked for name in _of_all_tools(finest, column)]
+    asked = [QUANTITIES[name].column for name in answer.quantities]
+    columns = [name for column in asked if column for name in _of_all_tools(finest, column)]
     found = {f"{column}_error": errors(levels, column, answer.branches) for column in columns}
     rows = [("time", *found), *zip(finest.history["time"], *found.values(), strict=True)]
     replace(finest.folder / ERROR_BANDS, lambda beside: _write(beside, rows))

@@ -23,7 +23,7 @@ from ncf_fenicsx.study.machine import machine
 from ncf_fenicsx.study.work_precision import draw_work_precision
 from ncf_fenicsx.workers.cluster import Place
 from ncf_fenicsx.workers.engine import Outcome, run_missing
-from ncf_fenicsx.workers.launch import BARE, IN_TIME, launch
+from ncf_fenicsx.workers.launch import BARE, launch, launch_levels
 from ncf_fenicsx.workers.rows import Point, Row, read_rows, write_rows
 
 MEASURED = ("force_N", "vf_max", "void_m3")
@@ -69,13 +69,13 @@ class VariantWork:
 
     def _sequence(self, variant: Variant, folder: Path) -> Outcome:
         """One that has taken too long has an answer too, but not the one asked for."""
-        overrides = (*self.overrides, *variant.overrides, *BARE, f"accuracy.most_time={IN_TIME * self.limit} s")
-        ended = launch(self.file, folder, overrides, self.limit, record=ACCURACY)
-        if not (folder / ACCURACY).is_file():
+        overrides = (*self.overrides, *variant.overrides, *BARE)
+        ended, answer = launch_levels(self.file, folder, overrides, self.limit)
+        if not answer:
             return {"ending": ended.ending, "reason": ended.reason}
-        if not json.loads((folder / ACCURACY).read_text("utf-8"))["met"]:
-            return {"ending": "stopped", "reason": ended.ending}
-        return {"ending": "done", "reason": ended.ending} | self._figures(runs_of(folder))
+        if not answer["met"]:
+            return {"ending": "stopped", "reason": answer["ending"]}
+        return {"ending": "done", "reason": answer["ending"]} | self._figures(runs_of(folder))
 
     def _figures(self, folders: list[Path]) -> Outcome:
         """What runs that are done have cost together, and what the last one tells.

@@ -12,14 +12,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.sweeps.campaign import Campaign
 from ncf_fenicsx.sweeps.inputs import Column
 from ncf_fenicsx.sweeps.outcomes import FORCE, RESULTS, VF, VOID, WRINKLE, Measure
 from ncf_fenicsx.sweeps.plans import Plan
 from ncf_fenicsx.sweeps.scene_work import SceneWork, name_of
 from ncf_fenicsx.workers.engine import ENDING, REASON, Outcome
-from ncf_fenicsx.workers.launch import BARE, IN_TIME, launch
+from ncf_fenicsx.workers.launch import BARE, launch_levels
 from ncf_fenicsx.workers.rows import Point, read_rows
 
 QUANTITIES = {FORCE: "force", VF: "vf", VOID: "void_volume", WRINKLE: "wrinkle_height"}
@@ -82,16 +81,14 @@ class NumericsWork:
         if found[ENDING] != "done":
             return {key: found[key] for key in (ENDING, REASON)}
         varied = [column.override(value) for column, value in zip((*work.columns, TOLERANCE), point, strict=True)]
-        flat = {QUANTITIES[WRINKLE]} if float(found[WRINKLE.heading]) == 0 else set()
-        quantities = [name for name in self.quantities if name not in flat]
-        asked = {"quantities": quantities, "most_time": f"{IN_TIME * work.limit} s"}
-        levels = [f"accuracy.{key}={json.dumps(value)}" for key, value in asked.items()]
-        folder, overrides = work.folder / f"{name_of(point)}_levels", (*work.overrides, *varied, *BARE, *levels)
-        ended = launch(work.file, folder, overrides, work.limit, ranks=work.ranks, record=ACCURACY)
-        if not (folder / ACCURACY).is_file():
+        flat = float(found[WRINKLE.heading]) == 0
+        asked = [name for name in self.quantities if not (flat and name == QUANTITIES[WRINKLE])]
+        overrides = (*work.overrides, *varied, *BARE, f"accuracy.quantities={json.dumps(asked)}")
+        folder = work.folder / f"{name_of(point)}_levels"
+        ended, answer = launch_levels(work.file, folder, overrides, work.limit, work.ranks)
+        if not answer:
             return {ENDING: ended.ending, REASON: ended.reason}
-        record = json.loads((folder / ACCURACY).read_text("utf-8"))
-        return {ENDING: "done", REASON: record["ending"]} | _cells(found, record["quantities"])
+        return {ENDING: "done", REASON: answer["ending"]} | _cells(found, answer["quantities"])
 
 
 def _cells(found: Outcome, levels: Mapping[str, Any]) -> Outcome:

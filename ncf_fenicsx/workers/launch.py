@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.report.reading import read_record
 
 RECORD = "run.json"
 BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000")
 """Overrides of a run that nobody looks at: its last fields, and neither picture nor page."""
-
 IN_TIME = 0.9
 """Share of the wall time of a run after which a sequence to an accuracy takes its best answer: the rest is for that."""
 
@@ -85,6 +85,24 @@ def launch(
         return Ended("error", last[-1] if last else f"exit code {ended.returncode}", folder)
     written = json.loads((folder / record).read_text("utf-8"))
     return Ended(written["ending"], written.get("reason", ""), folder)
+
+
+def launch_levels(
+    scene: Path, folder: Path, overrides: tuple[str, ...], limit: float, ranks: int = 1
+) -> tuple[Ended, dict[str, Any]]:
+    """Run a scene file by levels to an accuracy; how that ended, and its ``accuracy.json``, empty where it has none.
+
+    Args:
+        scene: the file.
+        folder: for its results, replaced if it is there.
+        overrides: ``key=value`` texts.
+        limit: wall time in s after which it is ended.
+        ranks: processes that share the work.
+    """
+    in_time = f"accuracy.most_time={IN_TIME * limit} s"
+    ended = launch(scene, folder, (*overrides, in_time), limit, ranks=ranks, record=ACCURACY)
+    path = folder / ACCURACY
+    return ended, json.loads(path.read_text("utf-8")) if path.is_file() else {}
 
 
 def _dying_with_its_parent(signal: str) -> list[str]:

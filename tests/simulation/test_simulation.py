@@ -71,6 +71,7 @@ UNSEEN = ("output.picture=false", "output.report=false")
     "mesh",
     [
         pytest.param(["stack.divisions=[16, 2]"], id="order 1"),
+        pytest.param([], id="the whole scene", marks=pytest.mark.slow),
         pytest.param(["stack.order=2", "stack.divisions=[8, 2]"], id="order 2", marks=pytest.mark.slow),
     ],
 )

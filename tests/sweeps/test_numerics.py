@@ -16,6 +16,7 @@ from ncf_fenicsx.sweeps.numerics import Numerics, NumericsWork, Refinement, in_w
 from ncf_fenicsx.sweeps.outcomes import FORCE, VF
 from ncf_fenicsx.sweeps.scene_work import SceneWork
 from ncf_fenicsx.sweeps.uncertainty import Draw
+from ncf_fenicsx.workers import launch
 from ncf_fenicsx.workers.cluster import place_for
 from ncf_fenicsx.workers.launch import Ended
 
@@ -52,7 +53,7 @@ def work(tmp_path, monkeypatch):
         return Ended("time is up", "", folder)
 
     monkeypatch.setattr(SceneWork, "__call__", plain)
-    monkeypatch.setattr(numerics, "launch", levels)
+    monkeypatch.setattr(launch, "launch", levels)
     made = NumericsWork(SceneWork(FILE, tmp_path, ("stack.layers=2",), COLUMNS, 100.0, 3), ("force", "vf"))
     return made, asked
 
