@@ -10,6 +10,7 @@ from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.mesh import build_mesh
+from ncf_fenicsx.simulation.step import AT_REST
 from ncf_fenicsx.solver import Newton
 from ncf_fenicsx.solver.timing import Phases
 
@@ -24,7 +25,7 @@ def build(table):
 
 def step_of(problem, newton=None):
     """Steps of a problem, solved by Newton's method."""
-    return TimeStep(problem, lambda time, size, patience: newton.solve(patience, at_rest=not size))  # noqa: ARG005
+    return TimeStep(problem, lambda time, size, effort: newton.solve(effort if size else AT_REST))  # noqa: ARG005
 
 
 def assign(problem, field):

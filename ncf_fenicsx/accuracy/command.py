@@ -6,6 +6,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from ncf_fenicsx.accuracy.companion import companion_of
 from ncf_fenicsx.accuracy.cost import expected
 from ncf_fenicsx.accuracy.sequence import FEWEST, checked_levels, run
 from ncf_fenicsx.errors import SceneError
@@ -30,6 +31,7 @@ class Order:
         overwrite: whether results may be replaced.
         restart: folder of results to go on with; None to begin.
         accuracy: keys of ``[accuracy]`` as texts; None for what the scene says.
+        companion: whether half the mesh is to be run too; False for what the scene says.
         ranks: processes; None for as many as pay.
     """
 
@@ -39,6 +41,7 @@ class Order:
     overwrite: bool
     restart: Path | None
     accuracy: dict[str, str | None]
+    companion: bool
     ranks: int | None
 
     @property
@@ -59,7 +62,8 @@ class Order:
     def changes(self) -> tuple[str, ...]:
         """All that replaces values of the scene."""
         asked = ((name, text) for name, text in self.accuracy.items() if text is not None)
-        return (*self.overrides, *(f"accuracy.{name}='{text}'" for name, text in asked))
+        companion = ("output.companion=true",) if self.companion else ()
+        return (*self.overrides, *companion, *(f"accuracy.{name}='{text}'" for name, text in asked))
 
     def _check(self) -> None:
         begins = self.file is not None and self.restart is None
@@ -120,3 +124,5 @@ def _check(scene: Scene, order: Order) -> None:
     check_folder(order.folder, order.overwrite or order.restart is not None)
     if scene.accuracy is not None:
         checked_levels(scene, scene.accuracy)
+    elif scene.output.companion:
+        companion_of(scene)

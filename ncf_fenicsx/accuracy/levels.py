@@ -1,4 +1,4 @@
-"""Which scene a level is: mesh, penalties and time steps of a scene refined together, two levels below itself first."""
+"""Which scene a level is: mesh, penalties and time steps of a scene refined together, from some levels below itself."""
 
 from __future__ import annotations
 
@@ -40,6 +40,7 @@ class Levels:
     Args:
         scene: with an extruded stack.
         flat: whether a level has shown that nothing varies along y: finer ones then stay as they are along it.
+        below: halvings of the mesh and the steps that the scene names in level 0.
 
     Raises:
         SceneError: the stack is read from a file, or its nodes are given, which cannot be refined.
@@ -47,19 +48,33 @@ class Levels:
 
     scene: Scene
     flat: bool = False
+    below: int = BELOW
 
     def __post_init__(self) -> None:
         if self.scene.stack.mesh is not None:
             words = "expected an extruded stack (stack.divisions), which can be refined"
-            raise SceneError(f"accuracy: stack.mesh = {self.scene.stack.mesh!r}: {words}")
+            raise SceneError(f"stack.mesh = {self.scene.stack.mesh!r}: {words}")
 
         if self.scene.stack.is_automatic or self.scene.stack.nodes is not None:
             key = 'stack.divisions = "automatic"' if self.scene.stack.is_automatic else "stack.nodes"
-            raise SceneError(f"accuracy: {key}: expected numbers of elements in stack.divisions, which can be refined")
+            raise SceneError(f"{key}: expected numbers of elements in stack.divisions, which can be refined")
 
     def __getitem__(self, level: int) -> Scene:
         """The scene of a level, counted from 0."""
-        scene, natural, finer = self.scene, self.scene.natural_stiffness, 2.0 ** (level - BELOW)
+        scene, natural = self.coarsened(level), self.scene.natural_stiffness
+        changed: dict[str, Any] = {
+            "accuracy": None,
+            "tool": tuple(_stiffer(tool, level, natural) for tool in scene.tool),
+            "interface": tuple(
+                _stiffer(way, level, natural) if isinstance(way, OneSided) else way for way in scene.interface
+            ),
+            "mould": None if scene.mould is None else _stiffer(scene.mould, level, natural),
+        }
+        return scene.model_copy(update=changed)
+
+    def coarsened(self, level: int) -> Scene:
+        """The scene with mesh and steps of a level, counted from 0, and penalties as they are."""
+        scene, finer = self.scene, 2.0 ** (level - self.below)
         solver: dict[str, Any] = {
             "step_refinement": finer * scene.solver.step_refinement,
             "max_steps": max(scene.solver.max_steps, round(scene.solver.max_steps * finer)),
@@ -67,17 +82,8 @@ class Levels:
         if scene.controls_time_error:
             loosest = max(scene.solver.time_tolerance, COARSEST_TIME_ERROR)
             solver["time_tolerance"] = min(scene.solver.time_tolerance / finer, loosest)
-        changed: dict[str, Any] = {
-            "accuracy": None,
-            "stack": scene.stack.model_copy(update=self._mesh(level)),
-            "tool": tuple(_stiffer(tool, level, natural) for tool in scene.tool),
-            "interface": tuple(
-                _stiffer(way, level, natural) if isinstance(way, OneSided) else way for way in scene.interface
-            ),
-            "mould": None if scene.mould is None else _stiffer(scene.mould, level, natural),
-            "solver": scene.solver.model_copy(update=solver),
-        }
-        return scene.model_copy(update=changed)
+        mesh = scene.stack.model_copy(update=self._mesh(level))
+        return scene.model_copy(update={"stack": mesh, "solver": scene.solver.model_copy(update=solver)})
 
     def _mesh(self, level: int) -> dict[str, Any]:
         divisions = tuple(self._divisions(pair, level) for pair in self.scene.stack.divisions_by_layer)
@@ -86,13 +92,13 @@ class Levels:
     def _through(self, level: int) -> Any:
         """Elements through the layers: a fabric's model, unless they are to be resolved; never a solid's."""
         if self.scene.stack.through == "resolved" or self.scene.laws.solid is not None:
-            counts = tuple(_coarsest(count, 0.0) * 2**level for count in self.scene.stack.elements_through)
+            counts = tuple(_coarsest(count, 0.0, self.below) * 2**level for count in self.scene.stack.elements_through)
             return counts[0] if len(set(counts)) == 1 else counts
         return self.scene.stack.through
 
     def _divisions(self, pair: Divisions, level: int) -> Divisions:
         focus, size = focus_of(self.scene), self.scene.stack.size
-        x, y = (_coarsest(count, focus[axis] / size[axis]) for axis, count in enumerate(pair))
+        x, y = (_coarsest(count, focus[axis] / size[axis], self.below) for axis, count in enumerate(pair))
         if is_uniform_along_y(self.scene):
             return x * 2**level, 1
         if is_endless_along_y(self.scene):
@@ -101,7 +107,7 @@ class Levels:
 
     def words(self, level: int) -> str:
         """What is refined in a level, in words."""
-        scene = self[level]
+        scene = self.coarsened(level)
         meshes = " and ".join(f"{x} x {y}" for x, y in dict.fromkeys(scene.stack.divisions_by_layer))
         steps = self.scene.solver.step_refinement / scene.solver.step_refinement
         return f"{meshes} elements a layer, steps x {steps:g}"
@@ -131,9 +137,9 @@ def learn(scene: Scene, folder: Path) -> bool:
     return not varies_along_y(mesh, FLAT)
 
 
-def _coarsest(count: int, focus: float) -> int:
+def _coarsest(count: int, focus: float, below: int) -> int:
     """Elements along an axis in level 0: near the wanted number, with a line at the focus, a share of the axis."""
-    wanted = count / 2**BELOW
+    wanted = count / 2**below
     near = range(max(1, round(wanted / NEAR)), max(1, round(wanted * NEAR)) + 1)
     off = {n: abs(n * focus - round(n * focus)) if 0 < focus < 1 else 0.0 for n in near}
     return min(near, key=lambda n: (round(off[n], 6), abs(n - wanted)))

@@ -78,15 +78,35 @@ def show_in_finest(answer: Answer, record: dict[str, Any], output: Output) -> li
     Raises:
         ResultError: they cannot be written.
     """
+    shown = {key: record[key] for key in ("asked", "met", "ending", "quantities", "different_branches")}
+    of_all = {PAGE: write_study} if output.report else {}
+    return _show(answer, shown, output) + drawn_or_told(answer.levels[-1].folder.parent, of_all)
+
+
+def show_of_companion(answer: Answer, output: Output) -> list[str]:
+    """Put what a companion tells beside the results of its run, and draw what the scene asks for; as `show_in_finest`.
+
+    Args:
+        answer: of both, the companion first.
+        output: what the scene asks for.
+    """
+    shown = {
+        "quantities": {name: _quantity(answer, name) for name in answer.estimates},
+        "different_branches": answer.branches,
+        "companion": _level(answer, 0),
+    }
+    return _show(answer, shown, output)
+
+
+def _show(answer: Answer, shown: dict[str, Any], output: Output) -> list[str]:
+    """Write error bars beside the finest run, and draw what its scene asks for with them; what could not be drawn."""
     finest = answer.levels[-1].folder
     write_bands(answer)
-    shown = {key: record[key] for key in ("asked", "met", "ending", "quantities", "different_branches")}
     _write(finest / "run.json", read_record(finest) | {"accuracy": shown})
     wanted = {"summary.png": draw_summary} if output.picture else {}
     if output.report:
         wanted[PAGE] = write_report
-    of_all = {PAGE: write_study} if output.report else {}
-    return drawn_or_told(finest, wanted) + drawn_or_told(finest.parent, of_all)
+    return drawn_or_told(finest, wanted)
 
 
 def _write(path: Path, record: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx import simulation
 from ncf_fenicsx.accuracy.answer import Answer, Level
+from ncf_fenicsx.accuracy.companion import companion_in_words, companion_of, run_companion
 from ncf_fenicsx.accuracy.cost import Cost, duration, expected
 from ncf_fenicsx.accuracy.levels import BELOW, Levels, learn
 from ncf_fenicsx.accuracy.quantities import check_quantities
@@ -63,34 +64,51 @@ def run(
         ResultError: results could not be written; what was written before stays.
     """
     if scene.accuracy is None:
-        return simulation.run(scene, folder, comm, overwrite, restart, written)
+        return _run_alone(scene, Path(folder), comm, overwrite, restart, written)
     sequence = Sequence(scene, scene.accuracy, Path(folder), comm)
     with Claim(Path(folder), comm, overwrite or restart):
         on_root(comm, lambda: sequence.prepare(restart, written))
         return sequence.run()
 
 
-def plan(scene: Scene) -> str:
-    """What the levels of a scene that asks for an accuracy are expected to cost, in lines.
+def _run_alone(
+    scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool, written: str | None
+) -> Result:
+    """One run, and its companion after it where the scene asks for one."""
+    if scene.output.companion:
+        companion_of(scene)
+    result = simulation.run(scene, folder, comm, overwrite, restart, written)
+    if scene.output.companion and result.done:
+        run_companion(scene, result, comm, restart)
+    return result
+
+
+def plan(scene: Scene) -> list[str]:
+    """What the levels of a scene that asks for an accuracy, or its companion, are expected to cost, in lines.
 
     Raises:
         SceneError: the scene has no such quantity or cannot be refined.
     """
-    accuracy = scene.accuracy or Accuracy()
+    accuracy = scene.accuracy
+    if accuracy is None:
+        return [companion_in_words(scene)] if scene.output.companion else []
     levels, first = checked_levels(scene, accuracy)
     lines = [f"accuracy: {', '.join(accuracy.quantities)} to {100 * accuracy.tolerance:.3g} %, by levels"]
     for level in range(first, first + FEWEST + 1):
         lines.append(f"  level {level}: {levels.words(level)}: about {expected(levels[level], []).words}")
     lines.append(f"  {FEWEST} levels at least, finer ones if needed, in {duration(accuracy.most_time)} at most")
-    return "\n".join(lines)
+    return lines
 
 
 def checked_levels(scene: Scene, accuracy: Accuracy) -> tuple[Levels, int]:
     """The levels of a scene, and which is the coarsest that can be run.
 
     Raises:
-        SceneError: the scene has no such quantity, cannot be refined, or not even its own mesh can be run.
+        SceneError: the scene has no such quantity, cannot be refined, not even its own mesh can be run, or a
+            companion is asked for too.
     """
+    if scene.output.companion:
+        raise SceneError("output.companion = true: expected false with [accuracy], whose levels tell more")
     check_quantities(scene, accuracy.quantities)
     levels = Levels(scene)
     size_of(levels[BELOW])
@@ -149,7 +167,7 @@ class Sequence:
 
     def run(self) -> Result:
         """Run levels from the coarsest on."""
-        say(plan(self.scene))
+        say("\n".join(plan(self.scene)))
         level, done, history = self.first, False, []
         while True:
             reason = self._too_much(level)

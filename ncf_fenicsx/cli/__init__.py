@@ -48,13 +48,14 @@ def run_command(
     ] = None,
     most_time: Annotated[str | None, typer.Option(metavar="TIME", help="Ends that, as '10 min'.")] = None,
     most_memory: Annotated[str | None, typer.Option(metavar="MEMORY", help="Bounds that, as '4 GB'.")] = None,
+    companion: Annotated[bool, typer.Option("--companion", help="Run half the mesh too, to tell errors.")] = False,
     ranks: Annotated[int | None, typer.Option(min=1, help="Processes; as many as pay unless given.")] = None,
 ) -> None:
     """Run a scene. Exit code 0: done; 1: stopped early, last good state saved; 2: bad input, nothing written."""
     from ncf_fenicsx.accuracy.command import Order, carry_out
 
     wished = {"tolerance": accuracy, "most_time": most_time, "most_memory": most_memory}
-    raise typer.Exit(carry_out(Order(file, out, tuple(overrides or ()), overwrite, restart, wished, ranks)))
+    raise typer.Exit(carry_out(Order(file, out, tuple(overrides or ()), overwrite, restart, wished, companion, ranks)))
 
 
 @app.command("explicit")
@@ -81,7 +82,7 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     from ncf_fenicsx.accuracy.sequence import plan
     from ncf_fenicsx.simulation.preview import preview
 
-    say(scene.to_toml() + "\n" + preview(scene) + ("" if scene.accuracy is None else "\n" + plan(scene)))
+    say("\n".join([scene.to_toml(), preview(scene), *plan(scene)]))
 
 
 @app.command("keys")

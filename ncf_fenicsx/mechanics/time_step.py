@@ -47,13 +47,29 @@ class Outcome:
         return replace(later, iterations=self.iterations + later.iterations)
 
 
+@dataclass(frozen=True)
+class Effort:
+    """What a solve may cost, and how good it has to be.
+
+    Attributes:
+        patience: factor on the iterations after which to give up.
+        force_tolerance: force out of balance over the support force that is allowed at most.
+    """
+
+    patience: float = 1.0
+    force_tolerance: float = 1.0
+
+
+USUAL = Effort()
+
+
 class TimeStep:
     """Takes a problem from one committed state to the next; a step that fails leaves no trace.
 
     Args:
         problem: what is solved.
         solve: solves for the trial state, which the displacement then holds, of the step from a time by a size (s),
-            0 at rest, with a factor on the iterations after which to give up.
+            0 at rest, with an effort.
         more: what is to be remembered beside the problem's own state.
         predicts: whether the last step predicts displacement and contact of the next one: so where equilibrium is
             sought, not in a march with inertia.
@@ -70,7 +86,7 @@ class TimeStep:
     def __init__(
         self,
         problem: Problem,
-        solve: Callable[[float, float, int], Outcome],
+        solve: Callable[[float, float, Effort], Outcome],
         more: Sequence[StateField] = (),
         predicts: bool = True,
         shape_violation: Callable[[], str | None] = lambda: None,
@@ -92,17 +108,17 @@ class TimeStep:
         self._segments = self._segments_at(0.0)
         set_clock(problem, 0.0, 0.0)
 
-    def attempt(self, time: float, size: float, patience: int = 1, least_judged: float = 0.0) -> Outcome:
+    def attempt(self, time: float, size: float, effort: Effort = USUAL, least_judged: float = 0.0) -> Outcome:
         """Try a step.
 
         Args:
             time: from which, in s.
             size: in s.
-            patience: factor on the iterations after which to give up.
+            effort: of the solve.
             least_judged: size in s up to which a step is taken whatever its local error in time.
         """
         self.begin(time, size)
-        outcome = self._solve(time, size, patience)
+        outcome = self._solve(time, size, effort)
         defect = self.problem.admissibility.violation() if outcome.converged else None
         if outcome.converged and defect is None:
             defect = self._shape_violation()

@@ -39,6 +39,9 @@ FILES = (
     ERROR_BANDS,
     NAME,
 )
+COMPANION = "companion"
+"""Folder with the results of half the mesh and half the steps."""
+FOLDERS = ("export", COMPANION)
 CLAIM = ".claim"
 """File that the run which writes to a folder holds there; none of its results."""
 
@@ -74,8 +77,9 @@ def prepare_folder(folder: Path) -> None:
         (folder / "fields").mkdir(parents=True, exist_ok=True)
         for old in [*(folder / "fields").glob("*.vtu"), *(folder / name for name in FILES)]:
             old.unlink(missing_ok=True)
-        if (folder / "export").exists():
-            shutil.rmtree(folder / "export")
+        for name in FOLDERS:
+            if (folder / name).exists():
+                shutil.rmtree(folder / name)
     except OSError as error:
         raise SceneError(f"{folder}: {error.strerror}; expected a folder that can be written to") from error
 

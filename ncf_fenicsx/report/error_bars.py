@@ -13,9 +13,9 @@ FORCE, VF, VOIDS, WRINKLES = "Force", "Vf in the stack", "Volume of the voids", 
 """Titles of curves whose error is known, or asked for."""
 NO_BAND = {
     FORCE: "No error band: a single run does not tell the error of its force (time_error is that of the mean "
-    "pressure, in one step). A run with --accuracy has a band.",
-    VF: "No error band: vf_error is one number for the whole field. A run with --accuracy and vf among its quantities "
-    "has a band around the largest Vf.",
+    "pressure, in one step). A run with --companion or --accuracy has a band.",
+    VF: "No error band: vf_error is one number for the whole field. A run with --companion, or with --accuracy and "
+    "vf among its quantities, has a band around the largest Vf.",
 }
 
 

@@ -38,7 +38,7 @@ class Solver(Settings):
         6, description="Newton iterations that keep the step size as it is; 12 with friction unless given"
     )
     max_iterations: PositiveInt = parameter(
-        15, description="Newton iterations at which a step is cut; 30 with friction unless given"
+        15, description="Newton iterations at which a step is cut; 60 with friction unless given"
     )
     growth: float = parameter(1.5, ge=1, description="largest factor from one step to the next")
     cut: float = parameter(0.4, gt=0, lt=1, description="factor on a step that failed")
@@ -83,16 +83,22 @@ class Solver(Settings):
     def with_friction(self) -> Self:
         """These settings, with what friction asks for where nothing is given.
 
-        Fronts between stick and slip pass from node to node, one in each iteration, however short the step is.
+        Fronts between stick and slip pass from node to node, one in each iteration, however short the step is. How many
+        it takes then depends on round-off; whether the step holds must not.
         """
         asked = {
             "target_iterations": 12,
-            "max_iterations": 30,
+            "max_iterations": 60,
             "line_search": "work",
             "sliding_increment_cap": self.increment_cap,
         }
         given = self.model_fields_set
         return self.model_copy(update={name: value for name, value in asked.items() if name not in given})
+
+    @property
+    def searches(self) -> bool:
+        """Whether corrections are searched along; how many iterations that takes depends on round-off."""
+        return self.line_search == "work"
 
     @property
     def may_stabilise(self) -> bool:
@@ -120,6 +126,10 @@ class Output(Settings):
     )
     picture: bool = parameter(True, description="draw summary.png")
     report: bool = parameter(True, description="write report.html, a page with the stack in 3-D")
+    companion: bool = parameter(
+        False,
+        description="run half the mesh and half the steps after it, in folder companion, which tells errors",
+    )
     permeability: Annotated[PermeabilityLaw, Choice("permeability", "gebart")] | None = parameter(
         None, description="permeability as fields; none unless given"
     )

@@ -11,7 +11,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mechanics.time_step import Outcome, move_tools
+from ncf_fenicsx.mechanics.time_step import USUAL, Effort, Outcome, move_tools
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.scene.settings import Explicit
 from ncf_fenicsx.simulation.stable_step import StableStep
@@ -103,9 +103,9 @@ class CentralDifferences:
         damped = math.sqrt(1 + share**2) - share
         return self.settings.safety * damped * 2 / self.stable.update()
 
-    def solve(self, start: float, size: float, patience: int = 1) -> Outcome:
+    def solve(self, start: float, size: float, effort: Effort = USUAL) -> Outcome:
         """March from a committed state at a time by a size (s); the trial state is that at its end."""
-        del patience
+        del effort
         before, trouble = self.steps, self._march(start, size)
         return Outcome(trouble is None, self.steps - before, trouble or "end of the row reached")
 

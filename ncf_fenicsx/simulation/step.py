@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from ncf_fenicsx.mechanics.problem import Problem
-from ncf_fenicsx.mechanics.time_step import Outcome, TimeStep
+from ncf_fenicsx.mechanics.time_step import USUAL, Effort, Outcome, TimeStep
 from ncf_fenicsx.simulation.stabilisation import Stabilisation
 from ncf_fenicsx.simulation.stepping import Ending, March, Piece, StepControl, march
 from ncf_fenicsx.solver import Newton
 
 SHARES = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25, target_iterations=30, max_steps=1000)
 """Shares of the weight, in place of time; many iterations each, as faces meet row by row of nodes."""
-PATIENCE = 4
-"""Layers that bend by their weight part from each other row by row of nodes, one in each of Newton's iterations."""
+AT_REST = Effort(patience=4.0, force_tolerance=1e-7)
+"""Layers that bend by their weight part from each other row by row of nodes, one in each of Newton's iterations.
+What is left over would be motion of the first step."""
+BRIEF = 1.5
+"""Times the target of iterations at which a step with a viscosity is given up, where corrections are searched along. A
+shorter one has a state near the last; which of several states a long search finds depends on round-off."""
+SNAPPING = 1e-10
+"""Force tolerance with a viscosity: while the stack snaps, what is left over grows a thousandfold and more."""
 
 
 class AugmentedNewton:
@@ -25,17 +31,17 @@ class AugmentedNewton:
     def __init__(self, problem: Problem, newton: Newton) -> None:
         self._problem, self._newton = problem, newton
 
-    def solve(self, time: float, size: float, patience: int) -> Outcome:
-        """Solve from the present displacement for the end of a step (s), with a factor on Newton's iterations."""
-        del time
-        outcome, updates = self._newton.solve(patience, at_rest=not size), 0
+    def solve(self, time: float, size: float, effort: Effort) -> Outcome:
+        """Solve from the present displacement for the end of a step (s), with an effort for each solution."""
+        del time, size
+        outcome, updates = self._newton.solve(effort), 0
         while outcome.converged and (augmented := self._problem.contacts.augment()) is not None:
             penetration, most = augmented
             updates += 1
             if updates > most:
                 reason = f"penetration of {1e6 * penetration:.3g} um after {most} updates of the multipliers"
                 return Outcome(False, outcome.iterations, reason)
-            outcome = outcome.followed_by(self._newton.solve(patience, at_rest=not size))
+            outcome = outcome.followed_by(self._newton.solve(effort))
         return outcome
 
 
@@ -58,15 +64,22 @@ class StabilisedStep:
     def attempt(self, time: float, size: float, control: StepControl) -> Outcome:
         """Try the step from a time by a size (s), of a piece with such steps."""
         self._share = size / control.first
-        return self._attempt(time, size, 1, control.least_for_error)
+        return self._attempt(time, size, self._effort, control.least_for_error)
+
+    @property
+    def _effort(self) -> Effort:
+        settings = self.time_step.problem.scene.solver
+        if not self.stabilisation.value or not settings.searches:
+            return USUAL
+        return Effort(min(BRIEF * settings.target_iterations / settings.max_iterations, 1.0), SNAPPING)
 
     def at_rest(self) -> Outcome:
         """Try to bring the stack to rest under the present share of its weight."""
-        return self._attempt(0.0, 0.0, PATIENCE, 0.0)
+        return self._attempt(0.0, 0.0, AT_REST, 0.0)
 
-    def _attempt(self, time: float, size: float, patience: int, least_judged: float) -> Outcome:
+    def _attempt(self, time: float, size: float, effort: Effort, least_judged: float) -> Outcome:
         self.time_step.stabilise(self.stabilisation.value)
-        outcome = self.time_step.attempt(time, size, patience, least_judged)
+        outcome = self.time_step.attempt(time, size, effort, least_judged)
         self.iterations += outcome.iterations
         if size and not outcome.converged and not outcome.too_long:
             self.stabilisation.failed(self._share)

@@ -47,6 +47,9 @@ AIM = 0.7
 """Share of the tolerance in time that the next step aims at."""
 LEAST_FOR_ERROR = 0.1
 """Share of the first step of a piece below which no step is taken again for its error in time."""
+SHRINK = 0.5
+"""Factor after a step that took more than one and a half times its target of iterations, where corrections are searched
+along: round-off (another number of ranks) changes how many a long search takes, and must not change the steps."""
 BAND = 1.25
 """Sizes that follow the error do so in bands: round-off (another number of ranks) does not change them."""
 Tried = TypeVar("Tried", bound=Attempt)
@@ -72,6 +75,7 @@ class StepControl:
         target_iterations: iterations, up to half as many more, that keep the size.
         max_steps: accepted steps at which a march stops.
         time_tolerance: local error in time that a step may have.
+        searches: whether Newton's corrections are searched along.
     """
 
     first: float
@@ -82,6 +86,7 @@ class StepControl:
     target_iterations: int
     max_steps: int
     time_tolerance: float = 1.0
+    searches: bool = False
 
     @classmethod
     def of(cls, settings: Solver, duration: float, controls_time_error: bool) -> StepControl:
@@ -102,6 +107,7 @@ class StepControl:
             target_iterations=settings.target_iterations,
             max_steps=settings.max_steps,
             time_tolerance=settings.time_tolerance,
+            searches=settings.searches,
         )
 
     def next_size(self, size: float, iterations: int) -> float:
@@ -110,8 +116,9 @@ class StepControl:
         The size follows bands of iterations, not their exact number, so that round-off (another number of ranks)
         does not change the times of a history.
         """
-        factor = self.target_iterations / iterations if 2 * iterations > 3 * self.target_iterations else 1.0
-        factor = self.growth if iterations < self.target_iterations else factor
+        factor = self.growth if iterations < self.target_iterations else 1.0
+        if 2 * iterations > 3 * self.target_iterations:
+            factor = SHRINK if self.searches else self.target_iterations / iterations
         return max(min(size * factor, self.largest), self.smallest)
 
     @property

@@ -6,6 +6,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from ncf_fenicsx.mechanics.time_step import USUAL, Effort
 from ncf_fenicsx.mesh.hexahedra import point_in_words
 from ncf_fenicsx.scene.settings import Solver as Settings
 from ncf_fenicsx.solver.equations import System
@@ -22,8 +23,6 @@ The first is the one after layers were last caught: that they hold on to each ot
 """
 RUNAWAY_FROM = 0.005
 """Increment over the length that is no sign of that yet."""
-AT_REST = 1e-7
-"""Largest force tolerance of a state at rest: what it leaves over would be motion of the first step."""
 CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 FALLS, OVER, LONGER = 0.1, 4, 2
@@ -47,18 +46,13 @@ class Convergence:
     def __init__(self, system: System, settings: Settings) -> None:
         self.system, self.settings = system, settings
         self.comm: MPI.Comm = system.displacement.function_space.mesh.comm
-        self.begin(1)
+        self.begin(USUAL)
 
-    def begin(self, patience: int, at_rest: bool = False) -> None:
-        """Forget the solve before.
-
-        Args:
-            patience: factor on the number of iterations after which to give up.
-            at_rest: whether what is solved for is a state at rest, not a step through time.
-        """
-        self._tolerance = min(self.settings.force_tolerance, AT_REST if at_rest else 1.0)
+    def begin(self, effort: Effort) -> None:
+        """Forget the solve before; the next one may take an effort."""
+        self._tolerance = min(self.settings.force_tolerance, effort.force_tolerance)
         self.converged, self.given_up, self.cycling = False, "", False
-        self._patience, self._increments, self._first = patience, [0.0], 1
+        self._patience, self._increments, self._first = effort.patience, [0.0], 1
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
 
     def start(self, residual: float, load: float) -> None:
@@ -94,9 +88,9 @@ class Convergence:
     def _no_progress(self, iteration: int, update: Floats) -> str:
         """In words, why to give up after an iteration; empty to go on."""
         first = max([RUNAWAY_FROM * self.system.scales.length, *self._increments[self._first : self._first + 1]])
-        if self._first <= iteration and self._increments[-1] > RUNAWAY * self._patience * first:
+        if self._first <= iteration and self._increments[-1] > RUNAWAY * max(self._patience, 1.0) * first:
             return "Newton's increments grow"
-        most = self._patience * self.settings.max_iterations
+        most = round(self._patience * self.settings.max_iterations)
         if iteration < most or (iteration < LONGER * most and self._falls):
             return ""
         if self.cycling:
@@ -106,7 +100,7 @@ class Convergence:
     @property
     def _falls(self) -> bool:
         """Whether corrections that are shortened where they do too much work converge now."""
-        enough = self.settings.line_search == "work" and len(self._increments) > OVER
+        enough = self.settings.searches and len(self._increments) > OVER
         return enough and self._increments[-1] <= FALLS * self._increments[-1 - OVER]
 
     @property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from ncf_fenicsx.contact.force_control import ForceControl
-from ncf_fenicsx.mechanics.time_step import Outcome
+from ncf_fenicsx.mechanics.time_step import USUAL, Effort, Outcome
 from ncf_fenicsx.scene.settings import Solver as Settings
 from ncf_fenicsx.solver import compat
 from ncf_fenicsx.solver.assembly import Residual, TangentMatrix
@@ -75,16 +75,15 @@ class Newton:
         self.tangent = TangentMatrix(system, self._constrained)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
 
-    def solve(self, patience: int = 1, at_rest: bool = False) -> Outcome:
+    def solve(self, effort: Effort = USUAL) -> Outcome:
         """Solve from the system's present displacement, which is a solution only if the outcome converged.
 
         Args:
-            patience: factor on the number of iterations after which to give up.
-            at_rest: whether what is solved for is a state at rest, not a step through time.
+            effort: that it may take.
         """
         system = self.system
         self._stopped = ""
-        self.convergence.begin(patience, at_rest)
+        self.convergence.begin(effort)
         self.linear.begin()
         if self._in_trust_region:
             self.system.contacts.release(KEEP_NONE)
@@ -244,7 +243,7 @@ class Newton:
     def _before_step(self, x: Any, step: Any) -> None:
         """Correct Newton's step for the unknown heights of tools, scale it back to the cap, and move those tools."""
         self.system.contacts.release(self.snes.getIterationNumber() + 1)
-        controls, searches = self._controls, self.settings.line_search == "work"
+        controls, searches = self._controls, self.settings.searches
         heights = border(step, controls, self.snes.getKSP().solve, self._constrained)
         largest = max(step.norm(PETSc.NormType.NORM_INFINITY), np.abs(heights).max(initial=0.0))
         scale = 0.5 if self.convergence.cycling and not searches else 1.0

@@ -76,7 +76,7 @@ def test_a_layer_s_elements_through_are_the_model_unless_they_are_to_be_resolved
 
 def test_a_mesh_file_is_refused():
     table = {"stack": {"layers": 2, "mesh": str(SMALL_STACK)}, "duration": "1 s"}
-    with pytest.raises(SceneError, match=r"accuracy: stack\.mesh = .*: expected an extruded stack"):
+    with pytest.raises(SceneError, match=r"stack\.mesh = .*: expected an extruded stack"):
         Levels(Scene.from_table(table))
 
 

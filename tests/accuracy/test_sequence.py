@@ -88,7 +88,7 @@ def _shown_everywhere(finest, found, said):
 
 
 def test_a_plan_tells_what_levels_cost_before_anything_runs():
-    words = plan(Scene.read(DEMOS / "roller.toml", ["accuracy.tolerance=2 %"]))
+    words = "\n".join(plan(Scene.read(DEMOS / "roller.toml", ["accuracy.tolerance=2 %"])))
     assert words.startswith("accuracy: force to 2 %, by levels")
     assert "level 0: 10 x 6 elements a layer" in words
     assert "level 2: 40 x 24 elements a layer, steps x 1: about 24,600 unknowns" in words

@@ -37,7 +37,7 @@ def test_a_run_that_cannot_be_drawn_ends_as_it_did(tmp_path, monkeypatch, table,
         monkeypatch.setattr(closing_pictures, name, fails)
     changes = {"output": {}} if steps is None else {"output": {}, "solver": {"max_steps": steps}}
     (tmp_path / "scene.toml").write_text(Scene.from_table(table | changes).to_toml(), encoding="utf-8")
-    order = Order(tmp_path / "scene.toml", tmp_path / "run", (), False, None, {}, 1)
+    order = Order(tmp_path / "scene.toml", tmp_path / "run", (), False, None, {}, False, 1)
     assert carry_out(order) == code
     told = capfd.readouterr()
     for name in ("summary.png", "report.html"):

@@ -69,8 +69,8 @@ def test_a_step_that_ends_in_such_a_shape_leaves_no_trace():
     problem, limits, _ = strip(2)
     before = problem.displacement.x.array.copy()
 
-    def solve(time, size, patience):
-        del time, size, patience
+    def solve(time, size, effort):
+        del time, size, effort
         assign(problem, rolled_up(np.radians(100)))
         return Outcome(True, 3, "converged")
 

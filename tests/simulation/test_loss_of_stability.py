@@ -12,6 +12,7 @@ from scipy.integrate import simpson
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.output.energies import Energies
+from ncf_fenicsx.simulation.step import AT_REST
 
 pytestmark = pytest.mark.two_ranks
 
@@ -133,7 +134,7 @@ def test_viscosity_resists_what_departs_from_the_drift_and_says_what_it_takes():
     """A layer pressed evenly from rest, v = V z / h: c V / 2 for each volume, c V^2 / 3 and second; then none."""
     problem, newton = build(PRESSED)
     energies = Energies(problem)
-    steps = TimeStep(problem, lambda _time, size, patience: newton.solve(patience, not size), energies.state)
+    steps = TimeStep(problem, lambda _time, size, effort: newton.solve(effort if size else AT_REST), energies.state)
     coefficient, size, speed, volume = 3e7, 0.2, 1e-3 / 60, 4 * 6e-3 * 4e-3 * 2e-3
     rows = []
     for time, step in ((0.0, 0.0), (0.0, size), (size, size)):

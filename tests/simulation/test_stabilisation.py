@@ -1,8 +1,11 @@
 """The rule of the viscosity alone: when it comes, grows and goes."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from ncf_fenicsx import Scene
+from ncf_fenicsx.mechanics.time_step import USUAL, Outcome
 from ncf_fenicsx.simulation.stabilisation import (
     DEEP_TROUBLE,
     LOWER,
@@ -13,6 +16,8 @@ from ncf_fenicsx.simulation.stabilisation import (
     UNTOLD_TROUBLE,
     Stabilisation,
 )
+from ncf_fenicsx.simulation.step import BRIEF, SNAPPING, StabilisedStep
+from ncf_fenicsx.simulation.stepping import StepControl
 
 pytestmark = pytest.mark.serial
 
@@ -74,3 +79,24 @@ def test_its_force_is_a_share_of_the_layers_own_at_any_speed(table, factor):
     scene = Scene.from_table(table | {"laws": laws, "tool": table["tool"] | {"path": path}})
     first = Stabilisation.of_scene(scene).first
     assert first * factor * 1e-3 / 60 == pytest.approx(5e-5 * scene.natural_stiffness, rel=1e-12)
+
+
+@pytest.mark.parametrize(("friction", "value"), [(True, 1e7), (True, 0.0), (False, 1e7)])
+def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_stack_snaps(friction, value):
+    contact = {"mould": {"kind": "plate"} | ({"friction": {"coefficient": 0.2}} if friction else {})}
+    scene = Scene.from_table(contact | {"duration": "1 s"})
+    seen = []
+
+    def attempt(_time, _size, effort, _least):
+        seen.append(effort)
+        return Outcome(True, 3, "converged")
+
+    problem = SimpleNamespace(scene=scene)
+    time_step = SimpleNamespace(problem=problem, stabilise=lambda _: None, attempt=attempt)
+    steps = StabilisedStep(time_step, Stabilisation(first=1e7, value=value))
+    steps.attempt(0.0, 0.01, StepControl.of(scene.solver, 1.0, controls_time_error=False))
+    if not (friction and value):
+        assert seen == [USUAL]
+        return
+    assert round(seen[0].patience * scene.solver.max_iterations) == BRIEF * scene.solver.target_iterations
+    assert seen[0].force_tolerance == SNAPPING

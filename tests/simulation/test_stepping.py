@@ -85,6 +85,8 @@ def test_hard_steps_shrink_and_the_target_keeps_the_size():
     assert CONTROL.next_size(2.0, 5) == pytest.approx(3.0)
     assert CONTROL.next_size(2.0, 6) == CONTROL.next_size(2.0, 9) == 2.0
     assert CONTROL.next_size(2.0, 12) == pytest.approx(1.0)
+    searching = replace(CONTROL, searches=True)
+    assert searching.next_size(2.0, 10) == searching.next_size(2.0, 30) == 1.0
     assert CONTROL.next_size(8.0, 6) == CONTROL.largest
     assert CONTROL.next_size(1e-3, 60) == CONTROL.smallest
 

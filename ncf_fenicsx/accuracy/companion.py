@@ -1,0 +1,64 @@
+"""The companion of a run: half its mesh and steps, at a tenth of its cost, tell how far its numbers may be off."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+from ncf_fenicsx import simulation
+from ncf_fenicsx.accuracy.answer import Answer
+from ncf_fenicsx.accuracy.cost import expected
+from ncf_fenicsx.accuracy.levels import Levels
+from ncf_fenicsx.accuracy.quantities import quantities_of
+from ncf_fenicsx.accuracy.record import show_of_companion
+from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.mesh.parallel import on_root
+from ncf_fenicsx.mesh.stack_size import size_of
+from ncf_fenicsx.output.results_folder import COMPANION
+from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.simulation.run_record import Result
+from ncf_fenicsx.terminal import say
+
+
+def companion_of(scene: Scene) -> Scene:
+    """The scene of a companion: mesh and steps halved, all else as it is.
+
+    Raises:
+        SceneError: the scene's mesh cannot be halved.
+    """
+    companion = Levels(scene, below=1).coarsened(0)
+    if size_of(companion).unknowns == size_of(scene).unknowns:
+        raise SceneError(f"output.companion: stack.divisions = {scene.stack.divisions}: expected some to be halved")
+    bare = {"companion": False, "picture": False, "report": False}
+    return companion.model_copy(update={"output": scene.output.model_copy(update=bare)})
+
+
+def companion_in_words(scene: Scene) -> str:
+    """What the companion of a scene is, and is expected to cost, in words."""
+    companion = companion_of(scene)
+    return f"companion: {Levels(scene, below=1).words(0)}: about {expected(companion, []).words}"
+
+
+def run_companion(scene: Scene, result: Result, comm: MPI.Comm, restart: bool) -> None:
+    """Run the companion of a run that is done, and show the errors that both tell with the results of the run.
+
+    Args:
+        scene: of the run.
+        result: of the run.
+        comm: ranks that share the work.
+        restart: whether the companion goes on with what its folder holds.
+
+    Raises:
+        ResultError: results could not be written; what was written before stays.
+    """
+    say(companion_in_words(scene))
+    folder = result.folder / COMPANION
+    ended = simulation.run(companion_of(scene), folder, comm, overwrite=True, restart=restart)
+    if not ended.done:
+        say(f"caution: no errors are told, as the companion stopped: {ended.reason}")
+        return
+    has = quantities_of(scene)
+    answer = Answer(tuple(name for name in has if has[name]), 1.0)
+    answer = on_root(comm, lambda: answer.with_level(0, folder, scene).with_level(1, result.folder, scene))
+    for words in on_root(comm, lambda: show_of_companion(answer, scene.output)):
+        say(f"caution: {words}")
+    say("\n" + "\n".join(answer.lines))
