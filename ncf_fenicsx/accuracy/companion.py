@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from mpi4py import MPI
 
 from ncf_fenicsx import simulation
-from ncf_fenicsx.accuracy.answer import Answer
+from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.cost import expected
 from ncf_fenicsx.accuracy.levels import Levels
-from ncf_fenicsx.accuracy.quantities import quantities_of
+from ncf_fenicsx.accuracy.quantities import FIELD, quantities_of
 from ncf_fenicsx.accuracy.record import show_of_companion
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.parallel import on_root
@@ -56,9 +58,15 @@ def run_companion(scene: Scene, result: Result, comm: MPI.Comm, restart: bool) -
     if not ended.done:
         say(f"caution: no errors are told, as the companion stopped: {ended.reason}")
         return
-    has = quantities_of(scene)
-    answer = Answer(tuple(name for name in has if has[name]), 1.0)
-    answer = on_root(comm, lambda: answer.with_level(0, folder, scene).with_level(1, result.folder, scene))
+    answer = on_root(comm, lambda: _answer(scene, folder, result.folder))
     for words in on_root(comm, lambda: show_of_companion(answer, scene.output)):
         say(f"caution: {words}")
     say("\n" + "\n".join(answer.lines))
+
+
+def _answer(scene: Scene, companion: Path, own: Path) -> Answer:
+    """What both runs tell of the quantities that are not none; of the field of Vf each run has an estimate itself."""
+    has = quantities_of(scene)
+    names = tuple(name for name in has if has[name] and name != FIELD)
+    levels = (Level.read(0, companion, names), Level.read(1, own, names))
+    return Answer(tuple(name for name in names if any(level.values[name] for level in levels)), 1.0, levels)
