@@ -101,7 +101,7 @@ class Levels:
         x, y = (_coarsest(count, focus[axis] / size[axis], self.below) for axis, count in enumerate(pair))
         if is_uniform_along_y(self.scene):
             return x * 2**level, 1
-        if is_endless_along_y(self.scene):
+        if is_endless_along_y(self.scene) and self.below == BELOW:  # only a sequence learns from its level 0
             y = max(y, SHOWS)
         return x * 2**level, y if self.flat else y * 2**level
 

@@ -46,6 +46,8 @@ def test_it_has_half_the_mesh_and_half_the_steps_and_is_the_same_otherwise():
     assert not companion.output.companion
     assert plan(scene)[0].startswith("companion: 8 x 1 elements a layer, steps x 2: about ")
     assert plan(scene_with()) == []
+    free = scene_with(ASKED, "stack.sides={y_min='symmetry', y_max='free'}")
+    assert companion_of(free).stack.divisions == (8, 1)
 
 
 def test_the_true_error_of_the_force_is_inside_its_bar_at_every_step(folder, capsys):
