@@ -19,8 +19,6 @@ SCENES = {
     "long_roller": ("long_roller", ["laws.shear.modulus=2 MPa"]),
     "deep, stable": ("deep", ["laws.shear.modulus=2 MPa"]),
     "relaxation": ("relaxation", ["solver.max_iterations=30"]),
-    "moving_roller": ("moving_roller", []),
-    "roller": ("roller", ["laws.bending.modulus=0.1 GPa"]),
 }
 """File and changes by name."""
 OWN, FINEST = 1, 3

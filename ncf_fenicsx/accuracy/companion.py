@@ -1,4 +1,4 @@
-"""The companion of a run: half its mesh and steps, at a tenth of its cost, tell how far its numbers may be off."""
+"""The companion of a run: half its mesh, at a tenth of its cost, tells how far its numbers may be off."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ncf_fenicsx.terminal import say
 
 
 def companion_of(scene: Scene) -> Scene:
-    """The scene of a companion: mesh and steps halved, all else as it is.
+    """The scene of a companion: half as many elements along each axis, steps twice as long, all else as it is.
 
     Raises:
         SceneError: the scene's mesh cannot be halved.
