@@ -78,7 +78,8 @@ def estimate(values: Sequence[float], branches: bool = False) -> Estimate:
     """
     if branches and len(values) > 1:
         latest = values[-(LATEST + 1) :]
-        return Estimate(values[-1], SAFETY * (max(latest) - min(latest)), Basis.SPREAD, len(latest))
+        safety = SAFETY if len(values) > 2 else SAFETY_UNSEEN
+        return Estimate(values[-1], safety * (max(latest) - min(latest)), Basis.SPREAD, len(latest))
     return of_differences(values[-1], [after - before for before, after in pairwise(values)])
 
 

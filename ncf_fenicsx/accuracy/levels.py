@@ -113,6 +113,23 @@ class Levels:
         return f"{meshes} elements a layer, steps x {steps:g}"
 
 
+def levels_of(scene: Scene, asks: str, below: int = BELOW) -> Levels:
+    """The levels of a scene.
+
+    Args:
+        scene: the case.
+        asks: key that asks for them.
+        below: halvings of its mesh in level 0.
+
+    Raises:
+        SceneError: the scene's mesh cannot be refined; it names the key that asks for it.
+    """
+    try:
+        return Levels(scene, below=below)
+    except SceneError as error:
+        raise SceneError(f"{asks}: {error}") from None
+
+
 def is_endless_along_y(scene: Scene) -> bool:
     """Whether tools and mould are the same all along y."""
     return scene.mould is None and all(getattr(tool, "width", 0.0) is None for tool in scene.tool)

@@ -1,4 +1,4 @@
-"""What a sequence of runs writes: ``accuracy.json``, and its error bars in the results of the finest level."""
+"""What a sequence of runs writes: ``accuracy.json``, and error bars in its finest level; a companion writes bars too."""
 
 from __future__ import annotations
 
@@ -93,9 +93,21 @@ def show_of_companion(answer: Answer, output: Output) -> list[str]:
     shown = {
         "quantities": {name: _quantity(answer, name) for name in answer.estimates},
         "different_branches": answer.branches,
-        "companion": _level(answer, 0),
+        "companion": {
+            name: one for name, one in _level(answer, 0).items() if name in ("unknowns", "seconds", "values")
+        },
     }
     return _show(answer, shown, output)
+
+
+def add_caution(folder: Path, words: str) -> None:
+    """Add a caution to the record of a run.
+
+    Raises:
+        ResultError: it cannot be written.
+    """
+    record = read_record(folder)
+    _write(folder / "run.json", record | {"cautions": [*record["cautions"], words]})
 
 
 def _show(answer: Answer, shown: dict[str, Any], output: Output) -> list[str]:

@@ -14,14 +14,14 @@ from ncf_fenicsx import simulation
 from ncf_fenicsx.accuracy.answer import Answer, Level
 from ncf_fenicsx.accuracy.companion import companion_in_words, companion_of, run_companion
 from ncf_fenicsx.accuracy.cost import Cost, duration, expected
-from ncf_fenicsx.accuracy.levels import BELOW, Levels, learn
+from ncf_fenicsx.accuracy.levels import BELOW, Levels, learn, levels_of
 from ncf_fenicsx.accuracy.quantities import check_quantities
 from ncf_fenicsx.accuracy.record import show_in_finest, write_answer
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.mesh.stack_size import size_of
 from ncf_fenicsx.output.claim import Claim
-from ncf_fenicsx.output.results_folder import FILES
+from ncf_fenicsx.output.results_folder import FILES, FOLDERS
 from ncf_fenicsx.report.reading import read_rows
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.scene_file import WRITTEN, read_table
@@ -75,12 +75,12 @@ def _run_alone(
     scene: Scene, folder: Path, comm: MPI.Comm, overwrite: bool, restart: bool, written: str | None
 ) -> Result:
     """One run, and its companion after it where the scene asks for one."""
-    if scene.output.companion:
-        companion_of(scene)
-    result = simulation.run(scene, folder, comm, overwrite, restart, written)
-    if scene.output.companion and result.done:
-        run_companion(scene, result, comm, restart)
-    return result
+    if not scene.output.companion:
+        return simulation.run(scene, folder, comm, overwrite, restart, written)
+    companion_of(scene)
+    with Claim(folder, comm, overwrite or restart):
+        result = simulation.run(scene, folder, comm, overwrite, restart, written, claimed=True)
+        return run_companion(scene, result, comm, restart) if result.done else result
 
 
 def plan(scene: Scene) -> list[str]:
@@ -110,7 +110,7 @@ def checked_levels(scene: Scene, accuracy: Accuracy) -> tuple[Levels, int]:
     if scene.output.companion:
         raise SceneError("output.companion = true: expected false with [accuracy], whose levels tell more")
     check_quantities(scene, accuracy.quantities)
-    levels = Levels(scene)
+    levels = levels_of(scene, "accuracy")
     size_of(levels[BELOW])
     for level in range(BELOW):
         with suppress(SceneError):
@@ -148,7 +148,7 @@ class Sequence:
         if restart:
             self._check_same()
         else:
-            for path in (*self.folder.glob("level_[0-9]*"), self.folder / "fields"):
+            for path in (*self.folder.glob("level_[0-9]*"), *(self.folder / name for name in ("fields", *FOLDERS))):
                 shutil.rmtree(path, ignore_errors=True)
             for name in FILES:
                 (self.folder / name).unlink(missing_ok=True)

@@ -151,7 +151,7 @@ def refinement(file: Path, overrides: tuple[str, ...], accuracy: str) -> Refinem
     from ncf_fenicsx.accuracy.sequence import checked_levels
     from ncf_fenicsx.sweeps.numerics import QUANTITIES, Refinement
 
-    scene = Scene.read(file, (*overrides, f"accuracy.tolerance={json.dumps(accuracy)}"))
+    scene = Scene.read(file, (*overrides, "output.companion=false", f"accuracy.tolerance={json.dumps(accuracy)}"))
     assert scene.accuracy is not None
     has = quantities_of(scene)
     asked = Refinement(scene.accuracy.tolerance, tuple(name for name in QUANTITIES.values() if has[name]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 
 from mpi4py import MPI
@@ -24,6 +25,7 @@ def run(
     written: str | None = None,
     bars: Mapping[str, float] | None = None,
     deadline: float = math.inf,
+    claimed: bool = False,
 ) -> Result:
     """Run a scene on all ranks of ``comm`` and write its results.
 
@@ -36,13 +38,14 @@ def run(
         written: text that the scene was read from, to be kept with the results.
         bars: error bars of columns of the history, over their size, to be shown with them.
         deadline: by the monotonic clock in s, at which the run stops with its last good state.
+        claimed: whether the folder is the caller's already.
 
     Raises:
         SceneError: the scene's mesh is not valid, or the folder cannot be used; nothing has been written then.
         ResultError: results could not be written; what was written before stays.
     """
     folder = Path(folder)
-    with Claim(folder, comm, overwrite or restart):
+    with nullcontext() if claimed else Claim(folder, comm, overwrite or restart):
         if scene.stack.is_automatic:
             scene, overwrite = with_mesh_of_coarse_run(scene, folder, comm), True
         return Simulation(scene, folder, comm, overwrite, restart, written, bars, deadline).run()

@@ -15,8 +15,8 @@ from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.report.reading import read_record
 
 RECORD = "run.json"
-BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000")
-"""Overrides of a run that nobody looks at: its last fields, and neither picture nor page."""
+BARE = ("output.picture=false", "output.report=false", "output.fields_every=1000000", "output.companion=false")
+"""Overrides of a run that nobody looks at: its last fields, and no picture, page or companion."""
 IN_TIME = 0.9
 """Share of the wall time of a run after which a sequence to an accuracy takes its best answer: the rest is for that."""
 

@@ -27,3 +27,5 @@ def test_the_band_follows_the_error_of_each_step(count, factor):
 def test_of_levels_on_different_branches_it_is_their_spread():
     found = errors([level(number) for number in range(3)], "tool_force", branches=True)
     assert found == pytest.approx(1.25 * 0.75 * level(2).history["time"])
+    of_two = errors([level(0), level(1)], "tool_force", branches=True)
+    assert of_two == pytest.approx(3.0 * 0.5 * level(1).history["time"])  # two may agree by chance

@@ -94,7 +94,9 @@ def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_sta
     problem = SimpleNamespace(scene=scene)
     time_step = SimpleNamespace(problem=problem, stabilise=lambda _: None, attempt=attempt)
     steps = StabilisedStep(time_step, Stabilisation(first=1e7, value=value))
-    steps.attempt(0.0, 0.01, StepControl.of(scene.solver, 1.0, controls_time_error=False))
+    control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
+    assert control.searches == friction
+    steps.attempt(0.0, 0.01, control)
     if not (friction and value):
         assert seen == [USUAL]
         return
