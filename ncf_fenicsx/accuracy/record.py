@@ -1,4 +1,4 @@
-"""What a sequence of runs writes: ``accuracy.json``, and error bars in its finest level; a companion writes bars too."""
+"""What a sequence of runs writes: ``accuracy.json``, and error bars in its finest level; a companion writes bars."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from ncf_fenicsx.scene.scene_file import WRITTEN
 ACCURACY = "accuracy.json"
 """What a sequence of runs of finer and finer levels has come to."""
 ERROR_BANDS = "error_bands.csv"
-"""Of the finest run of a sequence, or of one with a companion: errors of columns of its history, at each of its rows."""
+"""Of the finest run of a sequence, or of one with a companion: errors of its history at each of its rows."""
 FILES = (
     WRITTEN,
     "scene.toml",
