@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -256,7 +257,8 @@ def test_the_later_dolfinx_is_skipped_where_its_image_cannot_be_built(checkout):
 def here(*command, **changes):
     """Call ``docker/run`` of this checkout in the present Python."""
     environment = os.environ | {"NCF_ENGINE": "here", "PYTHONPATH": ""} | changes
-    words = [ROOT / "docker" / "run", *command]
+    present = ".".join(metadata.version("fenics-dolfinx").split(".")[:2])
+    words = [ROOT / "docker" / "run", *([] if present == "0.9" else ["--dolfinx", present]), *command]
     return subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
 
 
