@@ -38,7 +38,7 @@ class Solver(Settings):
         6, description="Newton iterations that keep the step size as it is; 12 with friction unless given"
     )
     max_iterations: PositiveInt = parameter(
-        15, description="Newton iterations at which a step is cut; 60 with friction unless given"
+        15, description="Newton iterations at which a step is cut; 55 with friction unless given"
     )
     growth: float = parameter(1.5, ge=1, description="largest factor from one step to the next")
     cut: float = parameter(0.4, gt=0, lt=1, description="factor on a step that failed")
@@ -88,7 +88,7 @@ class Solver(Settings):
         """
         asked = {
             "target_iterations": 12,
-            "max_iterations": 60,
+            "max_iterations": 55,
             "line_search": "work",
             "sliding_increment_cap": self.increment_cap,
         }

@@ -77,6 +77,6 @@ def test_friction_asks_for_a_search_and_more_iterations_unless_they_are_given():
     plain = Scene.from_table({"mould": {"kind": "plate"}} | TIME)
     given_ = Scene.from_table({"mould": {"kind": "plate"} | FRICTION, "solver": {"max_iterations": 7}} | TIME)
     assert (plain.solver.line_search, plain.solver.max_iterations) == ("full", 15)
-    assert (scene.solver.line_search, scene.solver.max_iterations) == ("work", 60)
+    assert (scene.solver.line_search, scene.solver.max_iterations) == ("work", 55)
     assert (given_.solver.line_search, given_.solver.max_iterations) == ("work", 7)
     assert Scene.from_table(scene.table()).solver == scene.solver
