@@ -94,7 +94,8 @@ class Measures:
         self._volume = self._integrals("volume")
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
         self.forces = Forces(problem, weight)
-        self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
+        height = scene.stack.thickness * scene.stack.layers
+        self.contacts, self.energies = ContactMeasures(problem), Energies(problem, self.forces.weight * height)
         self.error = VfError(problem, self._volume) if self.has_fibres else None
         self.state = [*self.energies.state, *(self.error.state if self.error is not None else [])]
 
