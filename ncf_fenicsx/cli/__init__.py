@@ -77,12 +77,27 @@ def explicit_command(
 
 @app.command("check")
 def check_command(file: SceneFile, overrides: Overrides = None) -> None:
-    """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory."""
+    """Validate a scene; print it with all defaults in SI, what will be built, unknowns and expected memory.
+
+    With automatic divisions it makes the coarse run that finds them.
+    """
     scene = Scene.read(file, overrides or ())
     from ncf_fenicsx.accuracy.sequence import plan
     from ncf_fenicsx.simulation.preview import preview
 
-    say("\n".join([scene.to_toml(), preview(scene), *plan(scene)]))
+    say(scene.to_toml())
+    say("\n".join([preview(_meshed(scene)), *plan(scene)]))
+
+
+def _meshed(scene: Scene) -> Scene:
+    """The scene on the mesh that a run would take."""
+    if not scene.stack.is_automatic:
+        return scene
+    from mpi4py import MPI
+
+    from ncf_fenicsx.simulation.automatic_mesh import with_mesh_in_advance
+
+    return with_mesh_in_advance(scene, MPI.COMM_WORLD)
 
 
 @app.command("keys")

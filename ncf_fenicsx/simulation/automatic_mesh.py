@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import shutil
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +68,20 @@ def with_mesh_of_coarse_run(scene: Scene, folder: Path, comm: MPI.Comm) -> Scene
         run.progress.note(f"caution: the coarse run stopped, {result.reason}; the mesh follows what it has seen")
     run.progress.note(f"mesh for an error of {100 * scene.stack.mesh_error:.3g} % in the plane: {_shown(found)}")
     return found
+
+
+def with_mesh_in_advance(scene: Scene, comm: MPI.Comm) -> Scene:
+    """The scene on the mesh that a run of it would take, by the same coarse run, of which nothing is kept; collective.
+
+    Raises:
+        SceneError: as of every run.
+    """
+    place = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))
+    try:
+        return with_mesh_of_coarse_run(scene, place, comm)
+    finally:
+        if comm.rank == 0:
+            shutil.rmtree(place, ignore_errors=True)
 
 
 def with_nodes_of(scene: Scene, indicator: MeshIndicator) -> Scene:

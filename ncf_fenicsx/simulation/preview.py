@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from ncf_fenicsx.mesh.coarse_grid import coarse_scene
+import numpy as np
+
 from ncf_fenicsx.mesh.memory import expected_memory
 from ncf_fenicsx.mesh.stack_size import size_of
+from ncf_fenicsx.mesh.tool_placement import AXES
 from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.simulation.stepping import pieces
@@ -14,17 +16,11 @@ def preview(scene: Scene) -> str:
     """Lines on what will be built: mesh, terms, unknowns, steps, memory. Only a mesh file is read, nothing is built.
 
     Args:
-        scene: the case.
+        scene: the case; its divisions are known.
 
     Raises:
         SceneError: its mesh is not valid, or a tool starts in the stack or never meets it.
     """
-    first = []
-    if scene.stack.is_automatic:
-        aim = f"for an error of {100 * scene.stack.mesh_error:.3g} % of the field of Vf in the plane"
-        scene = coarse_scene(scene)
-        x, y = scene.stack.divisions_by_layer[0]
-        first = [f"divisions: a run finds them {aim}, by a coarse run of {x} x {y} elements a layer, which this is:"]
     size = size_of(scene)
     unknowns, facing = size.unknowns, size.facing
     laws = scene.laws
@@ -37,7 +33,7 @@ def preview(scene: Scene) -> str:
     if facing:
         terms.append(f"contact of layers on {facing} facing facets")
     lines = [
-        *first,
+        *_lengths(scene),
         f"mesh: {size.cells} hexahedra, {size.nodes} nodes, {scene.stack.layers} layers",
         *_positions_by_mesh(scene, size.position),
         f"residual: {'; '.join(terms)}",
@@ -53,6 +49,17 @@ def preview(scene: Scene) -> str:
         *(f"caution: {caution}" for caution in (*scene.cautions, *size.cautions)),
     ]
     return "\n".join(lines)
+
+
+def _lengths(scene: Scene) -> list[str]:
+    """How long the elements are that nodes are given for."""
+    words = []
+    for axis, positions in zip(AXES, scene.stack.nodes or (), strict=False):
+        lengths = 1e3 * np.diff(positions)
+        shortest, longest = f"{lengths.min():.3g}", f"{lengths.max():.3g}"
+        span = shortest if shortest == longest else f"{shortest} to {longest}"
+        words.append(f"{len(lengths)} along {axis}, {span} mm long")
+    return [f"elements of each layer: {'; '.join(words)}"] if words else []
 
 
 def _positions_by_mesh(scene: Scene, position: tuple[float, float]) -> list[str]:

@@ -7,6 +7,8 @@ from mpi4py import MPI
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reference_solution import VfField
+from ncf_fenicsx.simulation import preview
+from ncf_fenicsx.simulation.automatic_mesh import with_mesh_in_advance
 
 pytestmark = pytest.mark.two_ranks
 
@@ -40,6 +42,7 @@ def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder):
     assert 0.5 < last["vf_error_in_plane"] / 0.03 < 1.5
     assert np.diff(x).min() == np.diff(x)[x[:-1] < 2.5e-3].min(), "finest under the roller"
     assert (folder / "first" / "coarse_run" / "run.json").is_file()
+    assert with_mesh_in_advance(automatic(table, 0.03), COMM).stack.nodes == found.stack.nodes
     again, _ = solved(found, folder / "second")
     assert again["tool_force"] == pytest.approx(last["tool_force"], rel=1e-9)
     assert run(found, folder / "first", restart=True).history[-1]["tool_force"] == last["tool_force"]
@@ -63,6 +66,13 @@ def test_it_has_a_smaller_error_than_an_even_mesh_with_as_many_elements(table, f
     lengths = np.diff(x)
     on_path = (x[:-1] > 4e-3) & (x[1:] < 8e-3)
     assert lengths[on_path].max() < lengths[~on_path].max()
+
+
+def test_elements_of_a_mesh_that_was_found_are_told(table):
+    nodes = [["0 mm", "1 mm", "3 mm", "6 mm"], ["0 mm", "2 mm", "4 mm"]]
+    scene = scene_of(table, nodes=nodes, size=["6 mm", "4 mm"], divisions=None, grading=None)
+    lines = preview.preview(scene).splitlines()
+    assert lines[0] == "elements of each layer: 3 along x, 1 to 3 mm long; 2 along y, 2 mm long"
 
 
 def test_what_needs_numbers_says_so(table):
