@@ -25,7 +25,7 @@ class Outcome:
 
     Attributes:
         converged: whether the solution holds.
-        iterations: Newton iterations.
+        iterations: Newton iterations, without a last one that only polishes.
         reason: in words, why it ended.
         hopeless: whether no smaller step would hold either.
         negative_pivots: of the last factors, or a mode found without them; more than none in equilibrium is a loss of
@@ -54,10 +54,12 @@ class Effort:
     Attributes:
         patience: factor on the iterations after which to give up.
         force_tolerance: force out of balance over the support force that is allowed at most.
+        polishes: whether a balanced state is corrected once more, down to round-off.
     """
 
     patience: float = 1.0
     force_tolerance: float = 1.0
+    polishes: bool = False
 
 
 USUAL = Effort()
@@ -153,10 +155,11 @@ class TimeStep:
             move_tools(self.problem, time, size)
             return
         problem, start = self.problem, self.problem.start.x.array
-        same_way = self._segments_at(self.time) == self._segments
+        same_way = self.goes_on(self.time)
+        moves_on = same_way or problem.scene.solver.searches  # laws that follow a rate go on at theirs in a short step
         if problem.last_iterate is not None:
             problem.last_iterate.x.array[:] = start
-        problem.displacement.x.array[:] = start + (size * self._velocity.committed if same_way else 0.0)
+        problem.displacement.x.array[:] = start + (size * self._velocity.committed if moves_on else 0.0)
         set_clock(problem, self.time, size)
         if self.time_error is not None:
             self.time_error.begin(size, same_way)
@@ -219,6 +222,10 @@ class TimeStep:
         """Mean velocity in m/s over the step, which predicts the next one."""
         moved = self.problem.displacement.x.array - self.problem.start.x.array
         return moved / self.size if self.size else np.zeros_like(moved)
+
+    def goes_on(self, time: float) -> bool:
+        """Whether the tools are still in the same segments of their paths at a time (s)."""
+        return self._segments_at(time) == self._segments
 
     def _segments_at(self, time: float) -> list[int]:
         """Number of each tool's segment that ends at or after a time (s)."""

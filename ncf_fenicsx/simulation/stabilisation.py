@@ -19,6 +19,9 @@ lost, comes if not (contact and friction have troubles of their own), and grows.
 UNTOLD_TROUBLE, UNTOLD_DEEP_TROUBLE = 0.03, 0.005
 """Those where the tangent is not symmetric, as with friction: no pivots tell of a loss of stability then."""
 RAISE, LOWER = 4.0, 0.7
+EASE = 0.9
+"""Factor after a step that held in trouble, where no pivots tell when a snap is over: a viscosity that stayed would
+resist what the stack does on its way."""
 LEAST = 1e-3
 """Share of the first viscosity below which there is none."""
 
@@ -69,5 +72,7 @@ class Stabilisation:
 
     def held(self, share: float) -> None:
         """Lower it after a step held that was such a share of its piece's first one, out of trouble."""
-        if not self.in_trouble(share):
+        if self.in_trouble(share):
+            self.value *= 1.0 if self.told else EASE
+        else:
             self.value = LOWER * self.value if self.value > LEAST * self.first else 0.0

@@ -64,14 +64,16 @@ class StabilisedStep:
     def attempt(self, time: float, size: float, control: StepControl) -> Outcome:
         """Try the step from a time by a size (s), of a piece with such steps."""
         self._share = size / control.first
-        return self._attempt(time, size, self._effort, control.least_for_error)
+        return self._attempt(time, size, self._effort(time + size), control.least_for_error)
 
-    @property
-    def _effort(self) -> Effort:
+    def _effort(self, end: float) -> Effort:
+        """That of a step that ends at a time (s); where a tool turns, the shortest one too may need a long search."""
         settings = self.time_step.problem.scene.solver
         if not self.stabilisation.value or not settings.searches:
             return USUAL
-        return Effort(min(BRIEF * settings.target_iterations / settings.max_iterations, 1.0), SNAPPING)
+        turns = not self.time_step.goes_on(end) and self.stabilisation.in_trouble(self._share)
+        brief = min(BRIEF * settings.target_iterations / settings.max_iterations, 1.0)
+        return Effort(1.0 if turns else brief, SNAPPING, polishes=True)
 
     def at_rest(self) -> Outcome:
         """Try to bring the stack to rest under the present share of its weight."""

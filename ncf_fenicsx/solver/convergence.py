@@ -39,6 +39,7 @@ class Convergence:
 
     Attributes:
         converged: whether forces balance and the increments have died away.
+        polished: corrections, one or none, of a state that had balanced already.
         given_up: in words, why to give up; empty while there is hope.
         cycling: whether contact is where it was two iterations ago, and not where it was between.
     """
@@ -53,6 +54,7 @@ class Convergence:
         self._tolerance = min(self.settings.force_tolerance, effort.force_tolerance)
         self.converged, self.given_up, self.cycling = False, "", False
         self._patience, self._increments, self._first = effort.patience, [0.0], 1
+        self._polishes, self._balanced, self.polished = effort.polishes, False, 0
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
 
     def start(self, residual: float, load: float) -> None:
@@ -71,10 +73,12 @@ class Convergence:
         """
         increment = float(self.comm.allreduce(np.abs(update).max(initial=0.0), MPI.MAX))
         self._increments.append(increment)
-        self.converged = self._small(residual, load) and not self.system.contacts.holding
+        balanced = self._small(residual, load) and not self.system.contacts.holding
+        self.converged = balanced and (self._balanced or not self._polishes)
+        self._balanced, self.polished = balanced, int(self.converged and self._polishes)
         self._first = iteration + 1 if self.system.contacts.holding_layers else self._first
         self._note_contact()
-        self.given_up = "" if self.converged else self._no_progress(iteration, update)
+        self.given_up = "" if balanced else self._no_progress(iteration, update)
 
     def _note_contact(self) -> None:
         touching, before = self.system.contacts.touching(), self._touching[-2:]

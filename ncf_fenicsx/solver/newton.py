@@ -96,7 +96,7 @@ class Newton:
         with self.phases("solve"):
             reason = self._run()
         self._take(self.unknown)
-        iterations = self.snes.getIterationNumber()
+        iterations = self.snes.getIterationNumber() - self.convergence.polished
         with self.phases("solve"):
             pivots = self._negative_pivots(reason)
         PETSc.garbage_cleanup(self.vector.comm)  # several ranks free together, and only when told to

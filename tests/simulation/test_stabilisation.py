@@ -8,6 +8,7 @@ from ncf_fenicsx import Scene
 from ncf_fenicsx.mechanics.time_step import USUAL, Outcome
 from ncf_fenicsx.simulation.stabilisation import (
     DEEP_TROUBLE,
+    EASE,
     LOWER,
     PLAIN_TROUBLE,
     RAISE,
@@ -81,8 +82,18 @@ def test_its_force_is_a_share_of_the_layers_own_at_any_speed(table, factor):
     assert first * factor * 1e-3 / 60 == pytest.approx(5e-5 * scene.natural_stiffness, rel=1e-12)
 
 
+@pytest.mark.parametrize("told", [True, False])
+def test_it_eases_in_trouble_where_no_pivots_tell_that_it_is_over(told):
+    stabilisation = Stabilisation(first=1e7, value=1e7, told=told)
+    stabilisation.held(0.9 * UNTOLD_TROUBLE)
+    assert stabilisation.value == pytest.approx(1e7 * (1.0 if told else EASE))
+
+
+@pytest.mark.parametrize("size", [0.01, 1e-4])
+@pytest.mark.parametrize("turns", [True, False])
 @pytest.mark.parametrize(("friction", "value"), [(True, 1e7), (True, 0.0), (False, 1e7)])
-def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_stack_snaps(friction, value):
+def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_stack_snaps(friction, value, turns, size):
+    """But not that of a short step with which a tool turns: none is near enough to the state before."""
     contact = {"mould": {"kind": "plate"} | ({"friction": {"coefficient": 0.2}} if friction else {})}
     scene = Scene.from_table(contact | {"duration": "1 s"})
     seen = []
@@ -92,13 +103,16 @@ def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_sta
         return Outcome(True, 3, "converged")
 
     problem = SimpleNamespace(scene=scene)
-    time_step = SimpleNamespace(problem=problem, stabilise=lambda _: None, attempt=attempt)
-    steps = StabilisedStep(time_step, Stabilisation(first=1e7, value=value))
+    time_step = SimpleNamespace(problem=problem, stabilise=lambda _: None, attempt=attempt, goes_on=lambda _: not turns)
+    steps = StabilisedStep(time_step, Stabilisation(first=1e7, value=value, told=not friction))
     control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
     assert control.searches == friction
-    steps.attempt(0.0, 0.01, control)
+    steps.attempt(0.0, size, control)
     if not (friction and value):
         assert seen == [USUAL]
         return
-    assert round(seen[0].patience * scene.solver.max_iterations) == BRIEF * scene.solver.target_iterations
+    brief = BRIEF * scene.solver.target_iterations
+    most = scene.solver.max_iterations if turns and size == 1e-4 else brief
+    assert round(seen[0].patience * scene.solver.max_iterations) == most
     assert seen[0].force_tolerance == SNAPPING
+    assert seen[0].polishes

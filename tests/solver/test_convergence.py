@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from assembled import COMM, build, step_of
 
+from ncf_fenicsx.mechanics.time_step import Effort
 from ncf_fenicsx.solver.convergence import RUNAWAY, Convergence
 
 pytestmark = pytest.mark.two_ranks
@@ -89,6 +90,35 @@ def test_increments_that_grow_are_given_up_at_once(table):
     assert not progress.given_up
     progress.follow(3, 1.0, 1.0, 1.01 * RUNAWAY * update)
     assert "grow" in progress.given_up
+
+
+@pytest.mark.parametrize("polishes", [False, True])
+def test_a_state_that_balances_is_corrected_once_more_only_where_asked(table, polishes):
+    problem, newton = build(table | {"solver": {"force_tolerance": 1e-2, "increment_tolerance": 0.9}})
+    time_step = step_of(problem, newton)
+    left = []
+    for one in (Effort(), Effort(polishes=polishes)):
+        assert time_step.attempt(0.0, 0.0).converged
+        time_step.commit()
+        outcome = time_step.attempt(0.0, 1.0, one)
+        assert outcome.converged
+        left.append((outcome.iterations, newton.convergence.polished, newton.snes.getFunctionNorm()))
+        time_step.rollback(0.0)
+    (usual, none, rough), (iterations, polished, fine) = left
+    assert (iterations, none, polished) == (usual, 0, int(polishes))
+    assert (fine < 1e-2 * rough) == polishes
+
+
+def test_what_a_polish_unbalances_is_balanced_again(table):
+    problem, _ = build(table)
+    progress = Convergence(System(problem, [OPEN] * 9), problem.scene.solver)
+    progress.begin(Effort(polishes=True))
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, 1e-12)
+    ends = []
+    for iteration, residual in enumerate((1.0, 0.0, 1.0, 0.0, 0.0), 1):
+        progress.follow(iteration, residual, 1.0, update)
+        ends.append(progress.converged)
+    assert ends == [False, False, False, False, True]
 
 
 def test_a_failure_names_where_forces_are_out_of_balance(table):
