@@ -13,9 +13,12 @@ SHARES = StepControl(first=1.0, smallest=1e-3, largest=1.0, growth=2.0, cut=0.25
 AT_REST = Effort(patience=4.0, force_tolerance=1e-7)
 """Layers that bend by their weight part from each other row by row of nodes, one in each of Newton's iterations.
 What is left over would be motion of the first step."""
-BRIEF = 1.5
+BRIEF = 1.25
 """Times the target of iterations at which a step with a viscosity is given up, where corrections are searched along. A
-shorter one has a state near the last; which of several states a long search finds depends on round-off."""
+shorter one has a state near the last; which of several states a long search finds depends on round-off, which each of
+its iterations makes some five times as large."""
+LAST_RESORT = 1e-3
+"""Share of the first step of a piece below which a step is not given up sooner than others: few are left to try."""
 SNAPPING = 1e-10
 """Force tolerance with a viscosity: while the stack snaps, what is left over grows a thousandfold and more."""
 
@@ -72,8 +75,9 @@ class StabilisedStep:
         if not self.stabilisation.value or not settings.searches:
             return USUAL
         turns = not self.time_step.goes_on(end) and self.stabilisation.in_trouble(self._share)
+        patient = turns or self._share < LAST_RESORT
         brief = min(BRIEF * settings.target_iterations / settings.max_iterations, 1.0)
-        return Effort(1.0 if turns else brief, SNAPPING, polishes=True)
+        return Effort(1.0 if patient else brief, SNAPPING, polishes=True)
 
     def at_rest(self) -> Outcome:
         """Try to bring the stack to rest under the present share of its weight."""

@@ -27,7 +27,8 @@ CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 FALLS, OVER, LONGER = 0.1, 4, 2
 """Share of the increment so many iterations ago that the last one is where corrections that were shortened have ended
-their search of what sticks: they converge now, and may go on for this multiple of the iterations."""
+their search of what sticks: they converge now, and may go on for this multiple of the iterations; but not where a
+shorter step is to be tried soon."""
 
 
 class Convergence:
@@ -95,7 +96,7 @@ class Convergence:
         if self._first <= iteration and self._increments[-1] > RUNAWAY * max(self._patience, 1.0) * first:
             return "Newton's increments grow"
         most = round(self._patience * self.settings.max_iterations)
-        if iteration < most or (iteration < LONGER * most and self._falls):
+        if iteration < most or (iteration < LONGER * most and self._falls and self._patience >= 1):
             return ""
         if self.cycling:
             return f"contact opens and closes in turns, most at {self.position_of_largest(update)}"

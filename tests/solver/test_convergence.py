@@ -67,11 +67,15 @@ def test_a_cycle_that_lasts_is_named_with_its_place(table):
     assert progress.given_up == "contact opens and closes in turns, most at (6, 3, 4) mm"
 
 
-@pytest.mark.parametrize(("search", "ratio", "given_up"), [("work", 0.5, 0), ("work", 0.9, 1), ("full", 0.5, 1)])
-def test_shortened_corrections_that_converge_at_last_may_go_on(table, search, ratio, given_up):
+@pytest.mark.parametrize(
+    ("search", "ratio", "patience", "given_up"),
+    [("work", 0.5, 1.0, 0), ("work", 0.9, 1.0, 1), ("full", 0.5, 1.0, 1), ("work", 0.5, 0.6, 1)],
+)
+def test_shortened_corrections_that_converge_at_last_may_go_on(table, search, ratio, patience, given_up):
     problem, _ = build(table | {"solver": {"line_search": search}})
-    most = problem.scene.solver.max_iterations
+    most = round(patience * problem.scene.solver.max_iterations)
     progress = Convergence(System(problem, [OPEN] * 99), problem.scene.solver)
+    progress.begin(Effort(patience))
     update = np.full(3 * problem.space.dofmap.index_map.size_local, 1e-6)
     for iteration in range(1, most + 1):
         progress.follow(iteration, 1.0, 1.0, ratio**iteration * update)
