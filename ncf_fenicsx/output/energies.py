@@ -28,11 +28,7 @@ COLUMNS = {
         "N",
         "sum of the sizes of the vertical forces of a viscosity that stabilises the stack, of the whole",
     ),
-    "viscous_share": (
-        "1",
-        "sum of the energies that it took or gave in each step, over the work of the tools, or over what lifts the "
-        "stack by its own thickness where that is more",
-    ),
+    "viscous_share": ("1", "sum of the energies that it took or gave in each step, over the work of the tools"),
 }
 
 
@@ -41,8 +37,6 @@ class Energies:
 
     Args:
         problem: what is measured.
-        lifting: work in J that lifts the stack by its own thickness. At first touch the tools have done next to none,
-            of which any viscosity would have a large share.
 
     Attributes:
         state: sums so far, and forces, positions and pressures at the ends of the last steps.
@@ -50,8 +44,8 @@ class Energies:
         friction: its work.
     """
 
-    def __init__(self, problem: Problem, lifting: float = 0.0) -> None:
-        self.problem, self.copies, self._lifting = problem, problem.scene.stack.sides.copies, lifting
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.copies = problem, problem.scene.stack.sides.copies
         self._viscous: tuple[Any, Any] | None = None
         numbers = np.zeros(1 + ToolWork.size(3 * len(problem.contacts.tools)))
         self.friction = FrictionWork(problem)
@@ -67,7 +61,7 @@ class Energies:
 
     def _stabilised(self) -> dict[str, float]:
         """Columns on the viscosity; its forms are made when there is some for the first time."""
-        problem, work, force = self.problem, max(self.work.total, self._lifting), 0.0
+        problem, work, force = self.problem, self.work.total, 0.0
         if self._viscous is None and "viscosity" in problem.terms:
             self._viscous = self._viscous_forms()
         if self._viscous is not None:

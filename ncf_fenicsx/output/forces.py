@@ -37,9 +37,6 @@ class Forces:
     Args:
         problem: what is measured.
         weight: compiled virtual work of gravity; None without it.
-
-    Attributes:
-        weight: of the fabric in N, of the whole.
     """
 
     def __init__(self, problem: Problem, weight: Any) -> None:
@@ -50,7 +47,7 @@ class Forces:
         self._axes = free if self._pushing else []
         dofs, owned = problem.supports.dofs, 3 * problem.space.dofmap.index_map.size_local
         self._held = [dofs[(dofs < owned) & (dofs % 3 == axis)] for axis in range(3)]
-        self.weight = self.copies * self._vertical_force(weight)
+        self._weight = self.copies * self._vertical_force(weight)
 
     def observe(self, residual: Floats) -> dict[str, float]:
         """Columns of the history in the trial state.
@@ -72,7 +69,7 @@ class Forces:
             row |= {f"mould_{name}": value for name, value in self._sideways(contacts.mould, forces)}
         row["support_force"] = float(held[2])
         row |= {f"support_force_{AXES[axis]}": float(held[axis]) for axis in self._axes}
-        return row | {"weight": self.weight}
+        return row | {"weight": self._weight}
 
     def _sideways(self, contact: RigidContact, forces: dict[int, Floats]) -> list[tuple[str, float]]:
         """Names and values in N of the horizontal forces on a rigid surface that may have some."""

@@ -94,8 +94,7 @@ class Measures:
         self._volume = self._integrals("volume")
         weight = compat.compile_form(problem.terms["gravity"]) if "gravity" in problem.terms else None
         self.forces = Forces(problem, weight)
-        height = scene.stack.thickness * scene.stack.layers
-        self.contacts, self.energies = ContactMeasures(problem), Energies(problem, self.forces.weight * height)
+        self.contacts, self.energies = ContactMeasures(problem), Energies(problem)
         self.error = VfError(problem, self._volume) if self.has_fibres else None
         self.state = [*self.energies.state, *(self.error.state if self.error is not None else [])]
 

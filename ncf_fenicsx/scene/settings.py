@@ -74,10 +74,7 @@ class Solver(Settings):
         description="adaptive viscous stabilisation: a viscosity where steps fail again and again, or none",
     )
     viscous_share: float = parameter(
-        0.5,
-        gt=0,
-        description="energy that the viscosity has taken, over the work of the tools, or over what lifts the stack by "
-        "its own thickness where that is more, at which a run stops",
+        0.5, gt=0, description="energy that the viscosity has taken, over the work of the tools, at which a run stops"
     )
     perturbation: PositiveLength | None = parameter(
         None, description="largest displacement of a push along the critical mode, where stability is lost first"
