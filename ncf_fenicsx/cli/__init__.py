@@ -85,8 +85,9 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     from ncf_fenicsx.accuracy.sequence import plan
     from ncf_fenicsx.simulation.preview import preview
 
+    planned = plan(scene)
     say(scene.to_toml())
-    say("\n".join([preview(_meshed(scene)), *plan(scene)]))
+    say("\n".join([preview(_meshed(scene)), *planned]))
 
 
 def _meshed(scene: Scene) -> Scene:
@@ -95,9 +96,13 @@ def _meshed(scene: Scene) -> Scene:
         return scene
     from mpi4py import MPI
 
-    from ncf_fenicsx.simulation.automatic_mesh import with_mesh_in_advance
+    from ncf_fenicsx.simulation.automatic_mesh import CoarseRunEndedError, with_mesh_in_advance
 
-    return with_mesh_in_advance(scene, MPI.COMM_WORLD)
+    try:
+        return with_mesh_in_advance(scene, MPI.COMM_WORLD)
+    except CoarseRunEndedError as ended:
+        say(f"stopped: {ended}")
+        raise typer.Exit(STOPPED) from None
 
 
 @app.command("keys")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from mpi4py import MPI
 from numpy.typing import NDArray
 
 from ncf_fenicsx.mechanics.problem import Problem
@@ -63,6 +64,9 @@ class Effort:
 
 
 USUAL = Effort()
+MOMENT = 2e-3
+"""Farthest motion over the layer's thickness for which fabric is guessed to go on where a tool turns. Laws that
+follow a rate go on at theirs for a moment: a guess at rest is off by all of the rate's part, however short the step."""
 
 
 class TimeStep:
@@ -155,8 +159,8 @@ class TimeStep:
             move_tools(self.problem, time, size)
             return
         problem, start = self.problem, self.problem.start.x.array
-        same_way = self.goes_on(self.time)
-        moves_on = same_way or problem.scene.solver.searches  # laws that follow a rate go on at theirs in a short step
+        same_way = self.in_same_segments(self.time)
+        moves_on = same_way or self._moves_on(size)
         if problem.last_iterate is not None:
             problem.last_iterate.x.array[:] = start
         problem.displacement.x.array[:] = start + (size * self._velocity.committed if moves_on else 0.0)
@@ -223,9 +227,20 @@ class TimeStep:
         moved = self.problem.displacement.x.array - self.problem.start.x.array
         return moved / self.size if self.size else np.zeros_like(moved)
 
-    def goes_on(self, time: float) -> bool:
-        """Whether the tools are still in the same segments of their paths at a time (s)."""
+    def in_same_segments(self, time: float) -> bool:
+        """Whether the tools are in the segments of their paths at a time (s) in which they are now."""
         return self._segments_at(time) == self._segments
+
+    def _moves_on(self, size: float) -> bool:
+        """Whether a step (s) in which a tool turns is short enough for motion to go on in its guess; collective.
+
+        So with friction, whose searches are long; not where a tool's height is an unknown, which would be guessed, too.
+        """
+        problem = self.problem
+        if not problem.scene.solver.searches or problem.contacts.controls:
+            return False
+        farthest = size * float(np.abs(self._velocity.committed).max(initial=0.0))
+        return problem.comm.allreduce(farthest, MPI.MAX) <= MOMENT * problem.scales.length
 
     def _segments_at(self, time: float) -> list[int]:
         """Number of each tool's segment that ends at or after a time (s)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,11 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mechanics.time_step import Outcome
 from ncf_fenicsx.mesh.coarse_grid import coarse_scene, on_nodes
 from ncf_fenicsx.mesh.equidistribution import cheapest, constant_of, error_of, placed
+from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.mesh_indicator import MeshIndicator
 from ncf_fenicsx.scene import Scene
+from ncf_fenicsx.simulation.interruption import was_asked_to_end
+from ncf_fenicsx.simulation.run_record import Result
 from ncf_fenicsx.simulation.simulation import Simulation
 
 Floats = NDArray[np.float64]
@@ -28,6 +32,18 @@ LEAST = 0.01
 """Error that a mesh is taken to have at least, over what is wanted."""
 BARE = {"picture": False, "report": False, "fields_every": 1_000_000}
 """What nobody looks at of a coarse run is not written."""
+
+
+class CoarseRunEndedError(Exception):
+    """A coarse run was asked to end, so that its mesh would be that of half a path.
+
+    Attributes:
+        result: of the coarse run, with its reason.
+    """
+
+    def __init__(self, result: Result) -> None:
+        super().__init__(result.reason)
+        self.result = result
 
 
 class CoarseRun(Simulation):
@@ -56,6 +72,7 @@ def with_mesh_of_coarse_run(scene: Scene, folder: Path, comm: MPI.Comm) -> Scene
         comm: ranks that share the work.
 
     Raises:
+        CoarseRunEndedError: by a signal.
         SceneError: as of every run.
     """
     output = scene.output.model_copy(update=BARE)
@@ -63,6 +80,8 @@ def with_mesh_of_coarse_run(scene: Scene, folder: Path, comm: MPI.Comm) -> Scene
     run = CoarseRun(coarse, folder / FOLDER, comm)
     run.progress.note(f"coarse run for the mesh: {_shown(coarse)}")
     result = run.run()
+    if was_asked_to_end(result.reason):
+        raise CoarseRunEndedError(replace(result, reason=f"coarse run for the mesh: {result.reason}"))
     found = with_nodes_of(scene, run.indicator)
     if not result.done:
         run.progress.note(f"caution: the coarse run stopped, {result.reason}; the mesh follows what it has seen")
@@ -74,9 +93,10 @@ def with_mesh_in_advance(scene: Scene, comm: MPI.Comm) -> Scene:
     """The scene on the mesh that a run of it would take, by the same coarse run, of which nothing is kept; collective.
 
     Raises:
+        CoarseRunEndedError: by a signal.
         SceneError: as of every run.
     """
-    place = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))
+    place = Path(on_root(comm, tempfile.mkdtemp))
     try:
         return with_mesh_of_coarse_run(scene, place, comm)
     finally:

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx.output.claim import Claim
 from ncf_fenicsx.scene import Scene
-from ncf_fenicsx.simulation.automatic_mesh import with_mesh_of_coarse_run
+from ncf_fenicsx.simulation.automatic_mesh import CoarseRunEndedError, with_mesh_of_coarse_run
 from ncf_fenicsx.simulation.run_record import Result
 from ncf_fenicsx.simulation.simulation import Simulation
 
@@ -47,5 +47,8 @@ def run(
     folder = Path(folder)
     with nullcontext() if claimed else Claim(folder, comm, overwrite or restart):
         if scene.stack.is_automatic:
-            scene, overwrite = with_mesh_of_coarse_run(scene, folder, comm), True
+            try:
+                scene, overwrite = with_mesh_of_coarse_run(scene, folder, comm), True
+            except CoarseRunEndedError as ended:
+                return ended.result
         return Simulation(scene, folder, comm, overwrite, restart, written, bars, deadline).run()

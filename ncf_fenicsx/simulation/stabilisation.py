@@ -71,8 +71,9 @@ class Stabilisation:
         return TROUBLE if self.told else UNTOLD_TROUBLE
 
     def held(self, share: float) -> None:
-        """Lower it after a step held that was such a share of its piece's first one, out of trouble."""
-        if self.in_trouble(share):
-            self.value *= 1.0 if self.told else EASE
-        else:
-            self.value = LOWER * self.value if self.value > LEAST * self.first else 0.0
+        """Lower it after a step held that was such a share of its piece's first one."""
+        least = LEAST * self.first
+        if not self.in_trouble(share):
+            self.value = LOWER * self.value if self.value > least else 0.0
+        elif self.value > least and not self.told:
+            self.value *= EASE

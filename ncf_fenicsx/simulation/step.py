@@ -18,7 +18,8 @@ BRIEF = 1.25
 shorter one has a state near the last; which of several states a long search finds depends on round-off, which each of
 its iterations makes some five times as large."""
 LAST_RESORT = 1e-3
-"""Share of the first step of a piece below which a step is not given up sooner than others: few are left to try."""
+"""Share of the first step of a piece below which a step is not given up sooner than without a viscosity: few are left
+to try. Nor is one in trouble in which a tool turns: a shorter one is hardly nearer to the state before."""
 SNAPPING = 1e-10
 """Force tolerance with a viscosity: while the stack snaps, what is left over grows a thousandfold and more."""
 
@@ -70,12 +71,12 @@ class StabilisedStep:
         return self._attempt(time, size, self._effort(time + size), control.least_for_error)
 
     def _effort(self, end: float) -> Effort:
-        """That of a step that ends at a time (s); where a tool turns, the shortest one too may need a long search."""
+        """That of a step that ends at a time (s)."""
         settings = self.time_step.problem.scene.solver
         if not self.stabilisation.value or not settings.searches:
             return USUAL
-        turns = not self.time_step.goes_on(end) and self.stabilisation.in_trouble(self._share)
-        patient = turns or self._share < LAST_RESORT
+        turns = not self.time_step.in_same_segments(end)
+        patient = self._share < LAST_RESORT or (turns and self.stabilisation.in_trouble(self._share))
         brief = min(BRIEF * settings.target_iterations / settings.max_iterations, 1.0)
         return Effort(1.0 if patient else brief, SNAPPING, polishes=True)
 

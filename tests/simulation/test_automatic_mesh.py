@@ -1,5 +1,7 @@
 """Meshes that follow the solution: of a coarse run, written down, and better than even ones."""
 
+import tempfile
+
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -8,7 +10,9 @@ from ncf_fenicsx import Scene, run
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.report.reference_solution import VfField
 from ncf_fenicsx.simulation import preview
-from ncf_fenicsx.simulation.automatic_mesh import with_mesh_in_advance
+from ncf_fenicsx.simulation.automatic_mesh import CoarseRun, CoarseRunEndedError, with_mesh_in_advance
+from ncf_fenicsx.simulation.interruption import INTERRUPTED
+from ncf_fenicsx.simulation.run_record import Result
 
 pytestmark = pytest.mark.two_ranks
 
@@ -34,7 +38,7 @@ def solved(scene, folder):
     return history[-1], VfField(folder)
 
 
-def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder):
+def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder, monkeypatch):
     last, _ = solved(automatic(table, 0.03), folder / "first")
     found = Scene.read(folder / "first" / "scene.toml")
     x, y = (np.array(positions) for positions in found.stack.nodes)
@@ -42,10 +46,21 @@ def test_the_mesh_is_that_of_a_coarse_run_and_is_written_down(table, folder):
     assert 0.5 < last["vf_error_in_plane"] / 0.03 < 1.5
     assert np.diff(x).min() == np.diff(x)[x[:-1] < 2.5e-3].min(), "finest under the roller"
     assert (folder / "first" / "coarse_run" / "run.json").is_file()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
     assert with_mesh_in_advance(automatic(table, 0.03), COMM).stack.nodes == found.stack.nodes
+    COMM.barrier()
+    assert {path.name for path in folder.iterdir()} == {"first"}, "of the coarse run nothing is left"
     again, _ = solved(found, folder / "second")
     assert again["tool_force"] == pytest.approx(last["tool_force"], rel=1e-9)
     assert run(found, folder / "first", restart=True).history[-1]["tool_force"] == last["tool_force"]
+
+
+def test_a_coarse_run_that_is_ended_ends_the_run_and_tells_no_mesh(table, folder, monkeypatch):
+    monkeypatch.setattr(CoarseRun, "run", lambda _: Result(False, f"{INTERRUPTED} by SIGTERM", folder, []))
+    result = run(automatic(table, 0.03), folder / "ended")
+    assert (result.done, result.reason) == (False, f"coarse run for the mesh: {INTERRUPTED} by SIGTERM")
+    with pytest.raises(CoarseRunEndedError, match="SIGTERM"):
+        with_mesh_in_advance(automatic(table, 0.03), COMM)
 
 
 @pytest.mark.serial

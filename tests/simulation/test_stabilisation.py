@@ -9,6 +9,7 @@ from ncf_fenicsx.mechanics.time_step import USUAL, Outcome
 from ncf_fenicsx.simulation.stabilisation import (
     DEEP_TROUBLE,
     EASE,
+    LEAST,
     LOWER,
     PLAIN_TROUBLE,
     RAISE,
@@ -87,6 +88,9 @@ def test_it_eases_in_trouble_where_no_pivots_tell_that_it_is_over(told):
     stabilisation = Stabilisation(first=1e7, value=1e7, told=told)
     stabilisation.held(0.9 * UNTOLD_TROUBLE)
     assert stabilisation.value == pytest.approx(1e7 * (1.0 if told else EASE))
+    for _ in range(1000):
+        stabilisation.held(0.9 * UNTOLD_TROUBLE)
+    assert stabilisation.value >= 0.9 * LEAST * 1e7
 
 
 @pytest.mark.parametrize("size", [0.01, 5e-4, 2e-5])
@@ -103,7 +107,9 @@ def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_sta
         return Outcome(True, 3, "converged")
 
     problem = SimpleNamespace(scene=scene)
-    time_step = SimpleNamespace(problem=problem, stabilise=lambda _: None, attempt=attempt, goes_on=lambda _: not turns)
+    time_step = SimpleNamespace(
+        problem=problem, stabilise=lambda _: None, attempt=attempt, in_same_segments=lambda _: not turns
+    )
     steps = StabilisedStep(time_step, Stabilisation(first=1e7, value=value, told=not friction))
     control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
     assert control.searches == friction
