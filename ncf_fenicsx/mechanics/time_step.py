@@ -64,7 +64,7 @@ class Effort:
 
 
 USUAL = Effort()
-MOMENT = 2e-3
+MOMENT = 0.02
 """Farthest motion over the layer's thickness for which fabric is guessed to go on where a tool turns. Laws that
 follow a rate go on at theirs for a moment: a guess at rest is off by all of the rate's part, however short the step."""
 

@@ -12,7 +12,7 @@ TURNS = [
     {"travel": ["0 mm", "0 mm", "-0.2 mm"], "speed": "1 mm/min"},
     {"travel": ["1 mm", "0 mm", "0 mm"], "speed": "20 mm/min"},
 ]
-CORNER, SPEED = 12.0, 1e-6
+CORNER, SPEED = 12.0, 1e-5
 
 
 @pytest.mark.parametrize(("friction", "held"), [(True, False), (False, False), (True, True)])
