@@ -49,7 +49,7 @@ COLUMNS = {
         "1",
         "estimated local error in time of the step, over the largest pressure so far; where laws follow time",
     ),
-    "newton_iterations": ("1", "Newton iterations of the step"),
+    "newton_iterations": ("1", "Newton iterations of the step, without one that only polishes its solution"),
     "step_cuts": ("1", "attempts at the step that failed before"),
     "wall_time": ("s", "time since the start of the program's run"),
 }
