@@ -86,8 +86,7 @@ def check_command(file: SceneFile, overrides: Overrides = None) -> None:
     from ncf_fenicsx.simulation.preview import preview
 
     planned = plan(scene)
-    say(scene.to_toml())
-    say("\n".join([preview(_meshed(scene)), *planned]))
+    say("\n".join([scene.to_toml(), preview(_meshed(scene)), *planned]))
 
 
 def _meshed(scene: Scene) -> Scene:
