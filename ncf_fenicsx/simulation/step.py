@@ -15,8 +15,8 @@ AT_REST = Effort(patience=4.0, force_tolerance=1e-7)
 What is left over would be motion of the first step."""
 BRIEF = 1.25
 """Times the target of iterations at which a step with a viscosity is given up, where corrections are searched along. A
-shorter one has a state near the last; which of several states a long search finds depends on round-off, which each of
-its iterations makes some five times as large."""
+shorter one has a state near the last; which of several states a long search finds depends on round-off, which grows
+with each of its iterations."""
 LAST_RESORT = 1e-3
 """Share of the first step of a piece below which a step is not given up sooner than without a viscosity: few are left
 to try. Nor is one in trouble in which a tool turns: a shorter one is hardly nearer to the state before."""

@@ -46,7 +46,7 @@ def test_a_run_ends_in_the_same_state(table, folder, way):
     assert errors < 0.02 * whole[0]["tool_work"]
     assert many[1]["krylov_steps"] > 0 == whole[1]["krylov_steps"]
     # corrections that others follow are good to 1e-3 in a norm of the hierarchy's own, and PETSc 3.25 has another one:
-    # with 1e-5 there are as many iterations as with factors, on either, for a sixth more Krylov steps
+    # with 1e-5 there are as many iterations as with factors, on either, for more Krylov steps
     assert many[1]["newton_iterations"] == pytest.approx(whole[1]["newton_iterations"], abs=25)
     assert many[1]["factorisations"] < whole[1]["factorisations"]
 

@@ -45,8 +45,6 @@ UNIT = (RIGIDITY / (0.35625 * GRAVITY)) ** (1 / 3)
 """Length l in m."""
 EDGE = 22e-3
 """X in m from which the sheet is free of the foot."""
-LIFTED = 1e-7
-"""Height in m from which a sheet has lifted off."""
 
 
 def shape(length, force):
@@ -87,16 +85,14 @@ def pushed(folder, travel, order, divisions):
     path = [{"travel": down, "speed": "1 mm/min"}, {"travel": along, "speed": "2 mm/min"}, {"hold": f"{rest} s"}]
     simulation, history = simulate(table | {"tool": RUCK["tool"] | {"path": path}}, folder)
     last = history[-1]
-    excess, height, far_half = measured(simulation.problem)
+    excess, height = measured(simulation.problem)
     length = brentq(lambda length: elastica(length)[0] - excess / UNIT, 2.0, 4.5)
     more, expected, force = elastica(length)
     carried = abs(last["support_force_x"]) / width(simulation.scene)
     assert last["viscous_force"] < 1e-3 * abs(last["support_force_x"])
-    # The steep one stands at the foot, at whose edge its near side begins: its far half is free.
-    in_plan = 2 * far_half if travel > 1 else last["wrinkle_length_1"]
     ratios = (
         height / UNIT / expected,
-        in_plan / UNIT / (length - more),
+        last["wrinkle_length_1"] / UNIT / (length - more),
         carried * UNIT**2 / RIGIDITY / force,
     )
     return *ratios, last["misalignment_max_1"]
@@ -119,7 +115,7 @@ def width(scene):
 
 
 def measured(problem):
-    """Excess length and height of the mid-plane beyond the foot in m, and from crest to lift-off beyond it in plan."""
+    """Excess length and height of the mid-plane beyond the foot in m."""
     points, moved = (
         everywhere(values)
         for values in (problem.space.tabulate_dof_coordinates(), problem.displacement.x.array.reshape(-1, 3))
@@ -133,8 +129,4 @@ def measured(problem):
     middle = (faces[0] + faces[1]) / 2
     pieces = np.diff(middle, axis=0)
     excess = (np.linalg.norm(pieces, axis=1) - pieces[:, 0]).sum()
-    crest = middle[:, 2].argmax()
-    first = crest + np.flatnonzero(faces[0][crest:, 2] < LIFTED)[0]
-    (x, before), (beyond, after) = faces[0][first - 1 : first + 1, ::2]
-    lift_off = x + (beyond - x) * (before - LIFTED) / (before - after)
-    return excess, middle[crest, 2] - middle[-1, 2], lift_off - middle[crest, 0]
+    return excess, middle[:, 2].max() - middle[-1, 2]
