@@ -79,10 +79,14 @@ def test_the_elastica_is_that_of_the_literature(length, expected):
 def pushed(folder, travel, order, divisions):
     """Height, length in plan and force of a ruck over those of the elastica of its excess length; its slope in rad."""
     table = RUCK | {"stack": RUCK["stack"] | {"order": order, "divisions": [divisions, 1]}}
-    # Pressed deeper, the foot's edge lifts the sheet; less, a steep ruck wanders on the smooth plane, and rests late.
-    press, rest = (0.02, 60) if travel > 1 else (0.003, 20)
-    down, along = ["0 mm", "0 mm", f"-{press} mm"], [f"{travel} mm", "0 mm", "0 mm"]
-    path = [{"travel": down, "speed": "1 mm/min"}, {"travel": along, "speed": "2 mm/min"}, {"hold": f"{rest} s"}]
+    # Pressed deeper, the foot's edge lifts the sheet, and a steep ruck rests there in place of on the plane. A steep ruck
+    # wanders on the smooth plane before it rests.
+    down, along = ["0 mm", "0 mm", "-0.003 mm"], [f"{travel} mm", "0 mm", "0 mm"]
+    path = [
+        {"travel": down, "speed": "1 mm/min"},
+        {"travel": along, "speed": "2 mm/min"},
+        {"hold": "60 s" if travel > 1 else "20 s"},
+    ]
     simulation, history = simulate(table | {"tool": RUCK["tool"] | {"path": path}}, folder)
     last = history[-1]
     excess, height = measured(simulation.problem)
