@@ -79,7 +79,7 @@ def test_the_elastica_is_that_of_the_literature(length, expected):
 def pushed(folder, travel, order, divisions):
     """Height, length in plan and force of a ruck over those of the elastica of its excess length; its slope in rad."""
     table = RUCK | {"stack": RUCK["stack"] | {"order": order, "divisions": [divisions, 1]}}
-    # Pressed deeper, the foot's edge lifts the sheet, and a steep ruck rests there in place of on the plane. A steep ruck
+    # Pressed deeper, the foot's edge lifts the sheet, and a steep ruck rests there, not on the plane. A steep ruck
     # wanders on the smooth plane before it rests.
     down, along = ["0 mm", "0 mm", "-0.003 mm"], [f"{travel} mm", "0 mm", "0 mm"]
     path = [
