@@ -27,6 +27,7 @@ class DirectFactors:
     """
 
     exact = True
+    rough = 1e-3
     tolerance = 1e-4
 
     def __init__(self, comm: Any, symmetric: bool, prefix: str = "ncf_") -> None:

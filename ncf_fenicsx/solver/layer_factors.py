@@ -1,10 +1,10 @@
 """Factors of the parts of a stack: all heights together, and each layer by itself.
 
 What couples layers are contact forces, which act on heights; what makes a layer stiff are its fibres, which act within
-it. So an approximate solution first lets all heights of the stack follow the load, then each layer in turn, from the
-bottom up, all of its displacements. GMRES makes it exact. A layer of one element has a fourth of the unknowns of four
-layers, and the factors of a column of elements grow with the square of its unknowns: for four layers the parts take
-about a third of the memory of factors of the whole, and a tenth of the work.
+it. So an approximate solution first lets all heights of the stack follow the load, then what all layers do alike, then
+each layer in turn, from the bottom up, all of its displacements. GMRES makes it exact. A layer of one element has a
+fourth of the unknowns of four layers, and the factors of a column of elements grow with the square of its unknowns: for
+four layers the parts take about a third of the memory of factors of the whole, and a tenth of the work.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ncf_fenicsx.solver.column_motions import ColumnMotions, motions_of_columns
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.modes import LowestMode
 
@@ -26,6 +27,7 @@ class LayerFactors:
     Args:
         comm: ranks that share the tangent.
         symmetric: LDL^T if so, else LU.
+        positions: of this rank's owned nodes in m, shape (nodes, 3).
         sublaminates: layer of each of this rank's owned nodes; layers that share nodes count as one.
         first: global number of its first dof.
         constrained: its owned dofs whose displacement is given.
@@ -35,10 +37,17 @@ class LayerFactors:
     """
 
     exact = False
+    rough = 1e-4  # 1e-3 leaves fibres strained by what stays of it: iterations go from 20 to 96 on some meshes
     tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 
     def __init__(
-        self, comm: Any, symmetric: bool, sublaminates: NDArray[np.int64], first: int, constrained: NDArray[np.int32]
+        self,
+        comm: Any,
+        symmetric: bool,
+        positions: NDArray[np.float64],
+        sublaminates: NDArray[np.int64],
+        first: int,
+        constrained: NDArray[np.int32],
     ) -> None:
         highest = max(comm.tompi4py().allgather(int(sublaminates.max(initial=0))))
         dofs = first + np.arange(3 * len(sublaminates)).reshape(-1, 3)
@@ -49,6 +58,8 @@ class LayerFactors:
         self._layers = [part(dofs[sublaminates == sublaminate]) for sublaminate in range(highest + 1)]
         self._kinds = [part(dofs[:, 2]), *self._layers]
         self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._kinds]
+        space = motions_of_columns(comm, positions, sublaminates, constrained)
+        self._columns = ColumnMotions(symmetric, space) if space else None
         self._matrix: Any = None
         self._mode, self._motions = LowestMode(constrained), list[Any]()
         self._residual: Any = None
@@ -73,25 +84,35 @@ class LayerFactors:
         self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in between]
         if self._residual is None:  # kept: what is dropped on several ranks is not freed at once
             self._residual, self._motions = matrix.createVecRight(), [block.createVecRight() for block in self._blocks]
-        return max(factors.factorise(block) for factors, block in zip(self._factors, self._blocks, strict=True))
+        failed = [factors.factorise(block) for factors, block in zip(self._factors, self._blocks, strict=True)]
+        return max(*failed, self._columns.factorise(matrix) if self._columns else 0)
 
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
         for factors in self._factors:
             factors.forget()
+        if self._columns:
+            self._columns.forget()
         self._drop_blocks()
 
     def apply(self, preconditioner: Any, b: Any, x: Any) -> None:
-        """All heights, then each layer: each follows what the ones before it leave of the load."""
+        """All heights, the columns, then each layer: each follows what the ones before it leave of the load."""
         del preconditioner
         residual = self._residual
         b.copy(residual)
         x.set(0.0)
         self._follow(0, residual, x)
-        self._matrix.mult(x, residual)
-        residual.aypx(-1.0, b)
+        self._leave(b, x)
+        if self._columns:
+            self._columns.follow(residual, x)
+            self._leave(b, x)
         for number, link in enumerate([None, *self._links], 1):
             self._follow(number, residual, x, link)
+
+    def _leave(self, b: Any, x: Any) -> None:
+        """What a displacement x leaves of the load b."""
+        self._matrix.mult(x, self._residual)
+        self._residual.aypx(-1.0, b)
 
     def _follow(self, number: int, b: Any, x: Any, link: Any = None) -> None:
         """Add to x how a part follows the load b, less what the motion of the one before links to it."""

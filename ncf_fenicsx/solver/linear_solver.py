@@ -8,11 +8,6 @@ from petsc4py import PETSc
 
 LARGE = 50_000
 """Unknowns from which on factors are kept: below, runs take seconds either way, and new ones take fewer iterations."""
-ROUGH = 1e-3
-"""What the factors make of a correction's residual, over the correction: exact enough for one that others follow.
-
-Over what they make of the load itself, as is usual, says nothing: where contact has closed, that is far off.
-"""
 MOST = 25
 """Krylov steps after which new factors cost less."""
 SLOW = 15
@@ -26,13 +21,18 @@ MOST_OF_NEW = 150
 class Factors(Protocol):
     """Something like the inverse of a matrix.
 
+    What they make of a residual is held against the correction: over what they make of the load itself, as is usual, it
+    says nothing, for where contact has closed, that is far off.
+
     Attributes:
         exact: whether it is the inverse.
-        tolerance: what stands for `ROUGH` in a correction that is taken to be the last of its solve.
+        rough: what they make of a correction's residual, over the correction: exact enough for one that others follow.
+        tolerance: the same for a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
     """
 
     exact: bool
+    rough: float
     tolerance: float
     preconditioner: Any
 
@@ -87,7 +87,7 @@ class LinearSolver:
             last: whether it is taken to be the last of its nonlinear solve.
             exact: whether more is to be solved with the same tangent.
         """
-        self._tolerance = self.factors.tolerance if last or exact else ROUGH
+        self._tolerance = self.factors.tolerance if last or exact else self.factors.rough
         due = self.factors.exact and not self._renewed and (last or not self._renewed_before)
         self._renew = exact or due or self._slow or not self.keeps
 

@@ -33,6 +33,7 @@ class Multigrid:
     """
 
     exact = False
+    rough = 1e-3
     tolerance = 1e-5  # on graded meshes what it makes of a residual is too small
 
     def __init__(self, comm: Any, positions: NDArray[np.float64], constrained: NDArray[np.int32]) -> None:

@@ -199,14 +199,14 @@ class Newton:
         return snes
 
     def _factors(self) -> Factors:
-        comm, symmetric = self.vector.comm, self.system.symmetric
-        if self.settings.factors == "layers":
-            first, _ = self.vector.getOwnershipRange()
-            return LayerFactors(comm, symmetric, self.system.sublaminates, first, self._constrained)
-        if self.settings.factors == "multigrid":
-            positions = self.system.displacement.function_space.tabulate_dof_coordinates()
-            return Multigrid(comm, positions[: self.vector.getLocalSize() // 3], self._constrained)
-        return DirectFactors(comm, symmetric)
+        comm, symmetric, way = self.vector.comm, self.system.symmetric, self.settings.factors
+        if way not in ("layers", "multigrid"):
+            return DirectFactors(comm, symmetric)
+        first, last = self.vector.getOwnershipRange()
+        positions = self.system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
+        if way == "multigrid":
+            return Multigrid(comm, positions, self._constrained)
+        return LayerFactors(comm, symmetric, positions, self.system.sublaminates, first, self._constrained)
 
     @property
     def _in_trust_region(self) -> bool:
