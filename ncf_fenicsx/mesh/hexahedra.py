@@ -238,12 +238,22 @@ def between(stack: Hexahedra, vertices: Integers) -> Integers:
     return number.reshape(len(stack.cells), -1)
 
 
+def columns_of(plan: Floats, extent: float) -> Integers:
+    """Number of the column of each point: the same for points above each other.
+
+    Args:
+        plan: x and y of the points in m, shape (points, 2).
+        extent: of the stack in m; points of one column are a ten millionth of it apart at most.
+    """
+    _, column = np.unique(np.round(plan / (1e-7 * extent)), axis=0, return_inverse=True)
+    numbers: Integers = column.ravel()
+    return numbers
+
+
 def columns(stack: Hexahedra, parts: int) -> Integers:
     """Kind of each cell: whole columns of cells over each other, about equally many cells in each part."""
     centres = stack.points[stack.cells].mean(axis=1)
-    grid = 1e-7 * np.ptp(stack.points, axis=0).max()
-    _, column = np.unique(np.round(centres[:, :2] / grid), axis=0, return_inverse=True)
-    column = column.ravel()
+    column = columns_of(centres[:, :2], np.ptp(stack.points, axis=0).max())
     members = np.bincount(column)
     positions = np.stack([np.bincount(column, centres[:, axis]) / members for axis in (0, 1)], axis=1)
     part = np.zeros(len(centres), dtype=np.int64)

@@ -13,13 +13,12 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from ncf_fenicsx.mesh.hexahedra import columns_of
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-ALIKE = 1e-7
-"""Distance of nodes of one column, over the stack's extent."""
 MOTIONS = 5
 """Of a column: three displacements, and two turns."""
 
@@ -63,7 +62,7 @@ class ColumnMotions:
 
 
 def motions_of_columns(
-    comm: Any, positions: Floats, sublaminates: Integers, constrained: NDArray[np.int32]
+    comm: Any, positions: Floats, sublaminates: Integers, layers: int, constrained: NDArray[np.int32]
 ) -> Any | None:
     """Matrix from the motions of all columns to the displacements of all nodes.
 
@@ -71,6 +70,7 @@ def motions_of_columns(
         comm: ranks that share the tangent.
         positions: of this rank's owned nodes in m, shape (nodes, 3).
         sublaminates: layer of each of these nodes; layers that share nodes count as one.
+        layers: number of them on all ranks.
         constrained: owned dofs whose displacement is given.
 
     Returns:
@@ -78,7 +78,6 @@ def motions_of_columns(
     """
     ranks = comm.tompi4py()
     column, count = _columns(ranks, positions[:, :2])
-    layers = ranks.allreduce(int(sublaminates.max(initial=0)), MPI.MAX) + 1
     if ranks.allreduce(len(column)) < 2 * layers * count:
         return None
     height = _heights_in_layers(ranks, positions[:, 2], sublaminates, layers)
@@ -89,10 +88,9 @@ def _columns(ranks: MPI.Comm, plan: Floats) -> tuple[Integers, int]:
     """Column of each owned node, numbered alike on any number of ranks, and the number of columns."""
     parts = ranks.allgather(plan)
     everywhere = np.concatenate(parts)
-    unit = ALIKE * np.ptp(everywhere, axis=0).max()
-    places, column = np.unique(np.round(everywhere / unit), axis=0, return_inverse=True)
+    column = columns_of(everywhere, np.ptp(everywhere, axis=0).max())
     first = sum(len(part) for part in parts[: ranks.rank])
-    return column.ravel()[first : first + len(plan)], len(places)
+    return column[first : first + len(plan)], int(column.max()) + 1
 
 
 def _heights_in_layers(ranks: MPI.Comm, heights: Floats, sublaminates: Integers, count: int) -> Floats:

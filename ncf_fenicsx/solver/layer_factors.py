@@ -49,16 +49,16 @@ class LayerFactors:
         first: int,
         constrained: NDArray[np.int32],
     ) -> None:
-        highest = max(comm.tompi4py().allgather(int(sublaminates.max(initial=0))))
+        layers = max(comm.tompi4py().allgather(int(sublaminates.max(initial=0)))) + 1
         dofs = first + np.arange(3 * len(sublaminates)).reshape(-1, 3)
 
         def part(numbers: NDArray[np.int64]) -> Any:
             return PETSc.IS().createGeneral(numbers.ravel().astype(PETSc.IntType), comm)
 
-        self._layers = [part(dofs[sublaminates == sublaminate]) for sublaminate in range(highest + 1)]
+        self._layers = [part(dofs[sublaminates == sublaminate]) for sublaminate in range(layers)]
         self._kinds = [part(dofs[:, 2]), *self._layers]
         self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._kinds]
-        space = motions_of_columns(comm, positions, sublaminates, constrained)
+        space = motions_of_columns(comm, positions, sublaminates, layers, constrained)
         self._columns = ColumnMotions(symmetric, space) if space else None
         self._matrix: Any = None
         self._mode, self._motions = LowestMode(constrained), list[Any]()
