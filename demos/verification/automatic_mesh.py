@@ -2,7 +2,7 @@
 
 Run: ``docker/run python3 demos/verification/automatic_mesh.py SCENE.toml FOLDER [KEY=VALUE ...]``
 
-The reference is the scene's own mesh with four times as many elements along x and one along y: so nothing may vary
+The reference is the scene's own mesh with sixteen times as many elements along x and one along y: so nothing may vary
 along y. Prints each run's error of the field of Vf in the plane and of the largest force, its unknowns, iterations and
 processor time without compiling forms, of coarse run and run together; and writes them to ``automatic_mesh.csv``.
 Before them stands the least error that as many elements along x as the scene has can have.
@@ -26,7 +26,7 @@ DEFAULT = {0.25: (30, 6), 0.5: (60, 12), 1: (120, 24)}
 """The default divisions by a factor."""
 OWN = (0.5, 1, 2)
 ERRORS = (0.02, 0.01, 0.005, 0.003, 0.0015)
-FINEST = 4
+FINEST = 16
 COARSE = "coarse_run"
 LIMIT = 3600.0
 

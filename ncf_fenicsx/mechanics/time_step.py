@@ -111,6 +111,7 @@ class TimeStep:
         self.state += [self._drift] if problem.scene.solver.may_stabilise else []
         self.state += [self._push] if problem.scene.solver.perturbation is not None else []
         self.time = self.size = 0.0
+        self._failed = False
         self._segments = self._segments_at(0.0)
         set_clock(problem, 0.0, 0.0)
 
@@ -132,6 +133,7 @@ class TimeStep:
             outcome = replace(outcome, converged=False, reason=defect)
         if outcome.converged and self.time_error is not None:
             outcome = self._judged(outcome, self.time_error.relative(), size <= least_judged)
+        self._failed = not outcome.converged and not outcome.too_long
         if not outcome.converged:
             self.rollback(time)
             if self.problem.scene.solver.perturbation is not None:
@@ -234,10 +236,11 @@ class TimeStep:
     def _moves_on(self, size: float) -> bool:
         """Whether a step (s) in which a tool turns is short enough for motion to go on in its guess; collective.
 
-        So with friction, whose searches are long; not where a tool's height is an unknown, which would be guessed, too.
+        So with friction, whose searches are long, and where a step has just failed from a guess at rest; not where a
+        tool's height is an unknown, which would be guessed, too.
         """
         problem = self.problem
-        if not problem.scene.solver.searches or problem.contacts.controls:
+        if problem.contacts.controls or not (problem.scene.solver.searches or self._failed):
             return False
         farthest = size * float(np.abs(self._velocity.committed).max(initial=0.0))
         return problem.comm.allreduce(farthest, MPI.MAX) <= MOMENT * problem.scales.length
