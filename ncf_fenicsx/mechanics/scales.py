@@ -23,6 +23,9 @@ Floats = NDArray[np.float64]
 
 CELLS_AT_NODE = 4
 """Cells of a layer that add up their round-off at a node."""
+UPRIGHT = 0.1
+"""Share of a cell's upright face whose round-off in stress is felt at a node, where that is more than its face in the
+plane: so where elements are some thirty times shorter than high. 0.04 was measured on strips of 120 to 960 elements."""
 
 
 class Scales:
@@ -62,8 +65,15 @@ class Scales:
         cells = self._comm.allreduce(len(self._stack.layer))
         volume = self._comm.allreduce(float(fem.assemble_scalar(compat.compile_form(self._volume_form))))
         face = volume / cells / self.length
-        round_off = self._stiffness + self._contacts.stiffness * self._stack.extent
-        return float(CELLS_AT_NODE * np.finfo(float).eps * round_off * face * np.sqrt(cells))
+        pulled_at = max(face, UPRIGHT * np.sqrt(self._comm.allreduce(self._upright_squares()) / cells))
+        round_off = self._stiffness * pulled_at + self._contacts.stiffness * self._stack.extent * face
+        return float(CELLS_AT_NODE * np.finfo(float).eps * round_off * np.sqrt(cells))
+
+    def _upright_squares(self) -> float:
+        """Sum of the squares of the larger upright face in m2 of this rank's cells."""
+        geometry = self._stack.mesh.geometry
+        extents = np.ptp(geometry.x[geometry.dofmap], axis=1)
+        return float(((extents[:, :2].max(axis=1) * extents[:, 2]) ** 2).sum())
 
     @property
     def increment_cap(self) -> float:
