@@ -25,7 +25,7 @@ from ncf_fenicsx.workers.launch import BARE, folder_name, launch
 DEFAULT = {0.25: (30, 6), 0.5: (60, 12), 1: (120, 24)}
 """The default divisions by a factor."""
 OWN = (0.5, 1, 2)
-ERRORS = (0.02, 0.01, 0.005, 0.003, 0.0015)
+ERRORS = (0.02, 0.01, 0.005, 0.003, 0.0015, 0.001)
 FINEST = 16
 COARSE = "coarse_run"
 LIMIT = 3600.0
