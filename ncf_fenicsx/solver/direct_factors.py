@@ -26,7 +26,7 @@ class DirectFactors:
         preconditioner: PETSc's, that applies them.
     """
 
-    exact = True
+    exact = has_pivots = True
     rough = 1e-3
     tolerance = 1e-4
 
@@ -51,6 +51,11 @@ class DirectFactors:
         self.preconditioner.setReusePreconditioner(True)
         failed: int = self.preconditioner.getFailedReason()
         return failed
+
+    def renew(self, matrix: Any) -> int:
+        """Nothing: all is one."""
+        del matrix
+        return 0
 
     def solve(self, b: Any, x: Any) -> None:
         """Solve for x with the factors at hand."""

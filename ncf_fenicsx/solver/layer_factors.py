@@ -4,7 +4,8 @@ What couples layers are contact forces, which act on heights; what makes a layer
 it. So an approximate solution first lets all heights of the stack follow the load, then what all layers do alike, then
 each layer in turn, from the bottom up, all of its displacements. GMRES makes it exact. A layer of one element has a
 fourth of the unknowns of four layers, and the factors of a column of elements grow with the square of its unknowns: for
-four layers the parts take about a third of the memory of factors of the whole, and a tenth of the work.
+four layers the parts take about a third of the memory of factors of the whole, and a tenth of the work. From one
+correction to the next it is contact that changes: factors of layers are kept, those of the heights are always new.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ from petsc4py import PETSc
 from ncf_fenicsx.solver.column_motions import ColumnMotions, motions_of_columns
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.modes import LowestMode
+
+HEIGHTS = 0
+"""Number of the part that all heights are; those of the layers follow."""
 
 
 class LayerFactors:
@@ -36,7 +40,7 @@ class LayerFactors:
         preconditioner: PETSc's, that applies them.
     """
 
-    exact = False
+    exact, has_pivots = False, True
     rough = 1e-4  # 1e-3 leaves fibres strained by what stays of it: iterations go from 20 to 96 on some meshes
     tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 
@@ -74,17 +78,23 @@ class LayerFactors:
 
     def factorise(self, matrix: Any) -> int:
         """Factors of all parts of a matrix; PETSc's reason why there are none, 0 if there are."""
+        return self._factorise(matrix, list(range(len(self._kinds))))
+
+    def renew(self, matrix: Any) -> int:
+        """Factors of the heights and the columns, which contact changes; fibres hardly stiffen from step to step."""
+        return self._factorise(matrix, [HEIGHTS])
+
+    def _factorise(self, matrix: Any, parts: list[int]) -> int:
         self._matrix = matrix
         self.preconditioner.setOperators(matrix)
-        within, between = (
-            zip(self._kinds, self._blocks, strict=True),
-            zip(pairwise(self._layers), self._links, strict=True),
-        )
-        self._blocks = [matrix.createSubMatrix(part, part, block) for part, block in within]
-        self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in between]
+        for number in parts:
+            kind = self._kinds[number]
+            self._blocks[number] = matrix.createSubMatrix(kind, kind, self._blocks[number])
+        links = zip(pairwise(self._layers), self._links, strict=True)
+        self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in links]
         if self._residual is None:  # kept: what is dropped on several ranks is not freed at once
             self._residual, self._motions = matrix.createVecRight(), [block.createVecRight() for block in self._blocks]
-        failed = [factors.factorise(block) for factors, block in zip(self._factors, self._blocks, strict=True)]
+        failed = [self._factors[number].factorise(self._blocks[number]) for number in parts]
         return max(*failed, self._columns.factorise(matrix) if self._columns else 0)
 
     def forget(self) -> None:
@@ -101,12 +111,12 @@ class LayerFactors:
         residual = self._residual
         b.copy(residual)
         x.set(0.0)
-        self._follow(0, residual, x)
+        self._follow(HEIGHTS, residual, x)
         self._leave(b, x)
         if self._columns:
             self._columns.follow(residual, x)
             self._leave(b, x)
-        for number, link in enumerate([None, *self._links], 1):
+        for number, link in enumerate([None, *self._links], HEIGHTS + 1):
             self._follow(number, residual, x, link)
 
     def _leave(self, b: Any, x: Any) -> None:

@@ -26,18 +26,23 @@ class Factors(Protocol):
 
     Attributes:
         exact: whether it is the inverse.
+        has_pivots: whether pivots tell of negative eigenvalues: a step's last correction then has factors of its own.
         rough: what they make of a correction's residual, over the correction: exact enough for one that others follow.
         tolerance: the same for a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
     """
 
     exact: bool
+    has_pivots: bool
     rough: float
     tolerance: float
     preconditioner: Any
 
     def factorise(self, matrix: Any) -> int:
         """Factors of a matrix, kept whatever becomes of it; PETSc's reason why there are none, 0 if there are."""
+
+    def renew(self, matrix: Any) -> int:
+        """Make factors that are kept follow a matrix, as far as that is cheap; PETSc's reason why not, 0 if so."""
 
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
@@ -51,7 +56,7 @@ class LinearSolver:
 
     Contact that opens or closes changes the tangent at few nodes, so old factors are a good preconditioner: in place of
     a factorisation, some solutions with factors at hand. But the pivots that tell of a loss of stability are
-    those of a step's own factors. So, where factors are exact, the correction that is taken to be the last of a step
+    those of a step's own factors. So, where factors have any, the correction that is taken to be the last of a step
     has new ones.
 
     Args:
@@ -72,7 +77,7 @@ class LinearSolver:
         self._krylov.setGMRESRestart(self._most)
         self._krylov.setConvergenceTest(self._judge)
         self._krylov.setPC(factors.preconditioner)
-        self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = False
+        self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = self._follows = False
         self._renew, self._steps_of_new = True, 0
         self._correction: Any = None
 
@@ -88,7 +93,7 @@ class LinearSolver:
             exact: whether more is to be solved with the same tangent.
         """
         self._tolerance = self.factors.tolerance if last or exact else self.factors.rough
-        due = self.factors.exact and not self._renewed and (last or not self._renewed_before)
+        due = self.factors.has_pivots and not self._renewed and (last or not self._renewed_before)
         self._renew = exact or due or self._slow or not self.keeps
 
     def forget(self) -> None:
@@ -108,19 +113,24 @@ class LinearSolver:
     def setUp(self, outer: Any) -> None:
         """Told by PETSc that the matrix has changed."""
         del outer
-        self._fresh = False
+        self._fresh = self._follows = False
 
     def apply(self, outer: Any, b: Any, x: Any) -> None:
         """Solve A x = b with the outer preconditioner's matrix A."""
         matrix = outer.getOperators()[0]
         if not self._fresh:
-            if self.factorised and not self._renew and self._iterate(matrix, b, x):
+            if self.factorised and not self._renew and self._follow(matrix) and self._iterate(matrix, b, x):
                 return
             outer.setFailedReason(self.factorise(matrix))
         if self.factors.exact or not self.factorised:
             self.factors.preconditioner.apply(b, x)
         elif not self._iterate(matrix, b, x):
             outer.setFailedReason(PETSc.PC.FailedReason.SUBPC_ERROR)
+
+    def _follow(self, matrix: Any) -> bool:
+        """Whether factors that are kept could follow the matrix."""
+        self._follows = self._follows or not self.factors.renew(matrix)
+        return self._follows
 
     def _judge(self, krylov: Any, step: int, norm: float) -> Any:
         """Whether GMRES has converged, given the norm in m of the residual with the factors applied to it."""

@@ -32,7 +32,7 @@ class Multigrid:
         preconditioner: PETSc's, that applies it.
     """
 
-    exact = False
+    exact = has_pivots = False
     rough = 1e-3
     tolerance = 1e-5  # on graded meshes what it makes of a residual is too small
 
@@ -56,6 +56,11 @@ class Multigrid:
         self.preconditioner.setReusePreconditioner(True)
         failed: int = self.preconditioner.getFailedReason()
         return failed
+
+    def renew(self, matrix: Any) -> int:
+        """Nothing: the hierarchy is kept as it is."""
+        del matrix
+        return 0
 
     def _rigid_motions(self, matrix: Any) -> Any:
         """What no stress resists, and no smoothing finds."""

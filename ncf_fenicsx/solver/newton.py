@@ -67,7 +67,7 @@ class Newton:
         self.load = 0.0
         constrained = system.supports.dofs
         self._constrained = constrained[constrained < self.vector.getLocalSize()]
-        keeps = settings.factors in ("kept", "multigrid") or (
+        keeps = settings.factors in ("kept", "layers", "multigrid") or (
             settings.factors == "automatic" and self.vector.getSize() >= LARGE
         )
         self.linear = LinearSolver(self._factors(), keeps)

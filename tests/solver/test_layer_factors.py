@@ -102,6 +102,29 @@ def test_layers_take_the_iterations_of_factors_of_the_whole(bent):
     assert bent["layers"]["newton_iterations"] <= bent["new"]["newton_iterations"] + 2
 
 
+def test_factors_of_layers_are_kept_from_correction_to_correction(bent):
+    """Those of the heights follow contact: so it takes hardly more Krylov steps."""
+    assert bent["layers"]["factorisations"] <= 0.4 * bent["layers"]["newton_iterations"]
+    assert bent["layers"]["krylov_steps"] <= 12 * bent["layers"]["newton_iterations"]
+
+
+@pytest.mark.two_ranks
+def test_heights_that_follow_contact_save_krylov_steps(table):
+    newton, _, _, load = tangent_of(table)
+    steps = []
+    for follows in (False, True):
+        linear, found = LinearSolver(layer_factors(newton), keeps=True), load.duplicate()
+        assign(newton.system, lambda x: -1e-7 * x)
+        linear.factorise(newton.tangent.assemble())
+        assign(newton.system, bumpy)
+        changed = newton.tangent.assemble()
+        if follows:
+            assert linear.factors.renew(changed) == 0
+        assert linear._iterate(changed, load, found) or not follows
+        steps.append(linear.krylov_steps)
+    assert 0 < steps[1] < steps[0]
+
+
 def test_what_layers_do_alike_takes_krylov_steps_away(bent):
     assert 0 < bent["layers"]["krylov_steps"] < 0.8 * bent["no columns"]["krylov_steps"]
 
