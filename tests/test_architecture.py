@@ -15,7 +15,7 @@ pytestmark = pytest.mark.serial
 
 PACKAGE = Path(ncf_fenicsx.__file__).parent
 ROW = (
-    ("parameters", "errors", "terminal", "version"),
+    ("parameters", "errors", "grid_lines", "terminal", "version"),
     ("laws",),
     ("tools",),
     ("scene",),

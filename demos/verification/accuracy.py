@@ -38,7 +38,7 @@ SCENES = {
     "deep": ("deep", [], FABRIC),
     "deep, stable": ("deep", ["laws.shear.modulus=2 MPa"], FABRIC),
     "relaxation": ("relaxation", ["solver.max_iterations=30"], FABRIC),
-    "moving_roller": ("moving_roller", [], FABRIC),
+    "moving_roller": ("moving_roller", ["solver.max_iterations=30"], FABRIC),
     "elastic block": ("deep", BLOCK, ("force",)),
     "roller": ("roller", ["laws.bending.modulus=0.1 GPa"], FABRIC),
 }

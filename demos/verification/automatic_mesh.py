@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ncf_fenicsx import Scene
+from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.mesh.equidistribution import constant_of
 from ncf_fenicsx.report.reading import read_history, read_record
 from ncf_fenicsx.report.reference_solution import VfField
@@ -58,9 +59,9 @@ def cost(folder: Path) -> dict[str, float]:
 
 def best(reference: VfField, rest: float, count: int) -> float:
     """Least error that a number of elements along x can have, for a field that is known; over the field's change."""
-    lines = np.unique(np.append(reference.low[:, 0], reference.high[:, 0]).round(10))
-    columns = np.searchsorted(lines, reference.low[:, 0].round(10))
-    field = reference.values[np.lexsort((columns, reference.low[:, 2].round(10)))].reshape(-1, len(lines) - 1)
+    lines, _ = grid_lines(np.append(reference.low[:, 0], reference.high[:, 0]))
+    columns, levels = (grid_lines(reference.low[:, axis])[1] for axis in (0, 2))
+    field = reference.values[np.lexsort((columns, levels))].reshape(-1, len(lines) - 1)
     middles = (lines[1:] + lines[:-1]) / 2
     squares = ((np.diff(field, axis=1) / np.diff(middles)) ** 2).sum(axis=0)
     change = np.sqrt(((field - rest) ** 2).sum(axis=0) @ np.diff(lines))

@@ -14,11 +14,12 @@ from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.export.deformed import Deformed, axes
 from ncf_fenicsx.export.files import Floats, Integers, Writer, classes, rows_of, text_writer
 from ncf_fenicsx.export.tables import table_writer
+from ncf_fenicsx.grid_lines import places
 
 MOST_PARTS = 100
 FIELD = 8
 """Letters of a number in the mesh file."""
-PLACES = 1e-6
+APART = 1e-7
 """Share of the stack's extent by which places in the plane may differ and still be one."""
 ISOTROPIC = 1 - 1e-6
 """Ratio of the permeabilities in the plane from which on there is no direction of the larger one."""
@@ -50,12 +51,12 @@ class Columns:
         undeformed, cells = deformed.layers.points, deformed.cells
         extent = float(np.ptp(undeformed[:, :2], axis=0).max())
         middle = undeformed[cells].mean(axis=1)
-        column = _places(middle[:, :2], extent)
+        column = places(middle[:, :2], APART * extent)
         counts = np.bincount(column)
         if (counts != counts[0]).any():
             raise SceneError("--to lcmsim: layers have different meshes; expected one of columns through the stack")
         members = np.lexsort([middle[:, 2], column]).reshape(-1, counts[0])
-        place = _places(undeformed[:, :2], extent)
+        place = places(undeformed[:, :2], APART * extent)
         order = np.lexsort([undeformed[:, 2], place])
         first = np.flatnonzero(np.diff(place[order], prepend=-1))
         last = np.append(first[1:], len(order)) - 1
@@ -84,12 +85,6 @@ def lcmsim_files(deformed: Deformed) -> dict[str, Writer]:
         "mesh.bdf": text_writer(_mesh(columns, part)),
         "part_description.csv": table_writer(_parts(columns, by_column, part)),
     }
-
-
-def _places(where: Floats, extent: float) -> Integers:
-    """Number of the place in the plane that each point has, from 0."""
-    steps = np.round(where / (PLACES * extent)).astype(np.int64)
-    return np.asarray(np.unique(steps, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()
 
 
 def _through_columns(deformed: Deformed, columns: Columns) -> dict[str, Floats]:

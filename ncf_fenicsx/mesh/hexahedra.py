@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.grid_lines import places
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -245,9 +246,7 @@ def columns_of(plan: Floats, extent: float) -> Integers:
         plan: x and y of the points in m, shape (points, 2).
         extent: of the stack in m; points of one column are a ten millionth of it apart at most.
     """
-    _, column = np.unique(np.round(plan / (1e-7 * extent)), axis=0, return_inverse=True)
-    numbers: Integers = column.ravel()
-    return numbers
+    return places(plan, 1e-7 * extent)
 
 
 def columns(stack: Hexahedra, parts: int) -> Integers:

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.report.surfaces import Integers, Layers
 
-DIGITS = 9
-"""Decimals in m to which nodes of one grid line agree."""
 FEWEST = 4
 """Cells along x and y from which on two are not made one."""
 
@@ -63,14 +62,13 @@ def _grid(layers: Layers, number: int) -> _Grid | None:
     """The grid of a layer; None where its nodes are not at all crossings of lines along x and y."""
     cells = np.flatnonzero(layers.layer == number)
     nodes = np.unique(layers.cells[cells])
-    x, y = (np.unique(layers.points[nodes, axis].round(DIGITS)) for axis in (0, 1))
+    (x, column), (y, row) = (grid_lines(layers.points[nodes, axis]) for axis in (0, 1))
     levels, rest = divmod(len(nodes), len(x) * len(y))
     if rest or len(cells) != (len(x) - 1) * (len(y) - 1) * (levels - 1):
         return None
-    plan = layers.points[nodes, :2].round(DIGITS)
-    if (np.unique(plan, axis=0, return_counts=True)[1] != levels).any():
+    if (np.bincount(column * len(y) + row, minlength=len(x) * len(y)) != levels).any():
         return None
-    order = np.lexsort([layers.points[nodes, 2], plan[:, 1], plan[:, 0]])
+    order = np.lexsort([layers.points[nodes, 2], row, column])
     grid = nodes[order].reshape(len(x), len(y), levels)
     centres = layers.points[layers.cells[cells]].mean(axis=1)
     middle = np.lexsort([centres[:, 2], np.searchsorted(y, centres[:, 1]), np.searchsorted(x, centres[:, 0])])

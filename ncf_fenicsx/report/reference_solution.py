@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.report.reading import read_fields, read_snapshots
 
 Floats = NDArray[np.float64]
@@ -65,16 +66,16 @@ class VfField:
 
     def at(self, positions: Floats) -> Floats:
         """Vf at undeformed positions in m, shape (positions, 3): that of the cell which holds each."""
-        columns = []
+        counts = []
         index: Integers = np.zeros(len(self.values), dtype=np.int64)
         where: Integers = np.zeros(len(positions), dtype=np.int64)
         for axis in range(3):
-            edges = np.unique(self.low[:, axis].round(10))
-            columns.append(len(edges))
-            index = index * len(edges) + np.searchsorted(edges, self.low[:, axis].round(10))
+            edges, number = grid_lines(self.low[:, axis])
+            counts.append(len(edges))
+            index = index * len(edges) + number
             inside = np.searchsorted(edges, positions[:, axis], side="right") - 1
             where = where * len(edges) + np.clip(inside, 0, len(edges) - 1)
-        ordered = np.empty(math.prod(columns))
+        ordered = np.full(math.prod(counts), np.nan)
         ordered[index] = self.values
         return np.asarray(ordered[where])
 

@@ -9,6 +9,7 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
+from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.report.sections import MM, SCALES, scale_in_words
 from ncf_fenicsx.scene import Scene
 
@@ -26,7 +27,7 @@ def varies_along_y(mesh: meshio.Mesh, share: float = VARIES) -> bool:
     """Whether the top face of a field file has other heights at another y, by more than a share of all its heights."""
     top = _top_nodes(mesh)
     lift = mesh.point_data["displacement"][top, 2]
-    _, line = np.unique(mesh.points[top, 0].round(9), return_inverse=True)
+    _, line = grid_lines(mesh.points[top, 0])
     low, high = np.full(line.max() + 1, np.inf), np.full(line.max() + 1, -np.inf)
     np.minimum.at(low, line, lift)
     np.maximum.at(high, line, lift)
