@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-SPREAD = 1e-8
-"""Distance, over the extent of the coordinates, up to which two that follow each other are of one line."""
+SPREAD = 1e-7
+"""Distance, over the extent of a stack, up to which two coordinates that follow each other are of one line."""
 
 
-def grid_lines(coordinates: Floats, spread: float | None = None) -> tuple[Floats, Integers]:
+def grid_lines(coordinates: Floats, extent: float) -> tuple[Floats, Integers]:
     """Lines that coordinates lie on, ascending, and the number of the line of each.
 
     Rounded to some digits, coordinates of one line that are near a half of the last digit would be taken for two lines:
@@ -20,19 +20,22 @@ def grid_lines(coordinates: Floats, spread: float | None = None) -> tuple[Floats
 
     Args:
         coordinates: in m, of any points.
-        spread: distance in m up to which two that follow each other are of one line; a share of their extent unless
-            given.
+        extent: of the stack in m.
     """
     order = np.argsort(coordinates, kind="stable")
     ascending = coordinates[order]
-    least = SPREAD * float(np.ptp(coordinates)) if spread is None else spread
-    begins = np.append(True, np.diff(ascending) > least)
+    begins = np.append(True, np.diff(ascending) > SPREAD * extent)
     number = np.empty(len(order), dtype=np.int64)
     number[order] = np.cumsum(begins) - 1
     return ascending[begins], number
 
 
-def places(points: Floats, spread: float | None = None) -> Integers:
-    """Number of the place of each point, shape (points, axes): the same for points on one line along each axis."""
-    numbers = np.stack([grid_lines(along, spread)[1] for along in points.T], axis=1)
+def places(points: Floats, extent: float) -> Integers:
+    """Number of the place of each point: the same for points on one line along each axis.
+
+    Args:
+        points: coordinates in m, shape (points, axes).
+        extent: of the stack in m.
+    """
+    numbers = np.stack([grid_lines(along, extent)[1] for along in points.T], axis=1)
     return np.asarray(np.unique(numbers, axis=0, return_inverse=True)[1], dtype=np.int64).ravel()

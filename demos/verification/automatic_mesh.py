@@ -59,8 +59,8 @@ def cost(folder: Path) -> dict[str, float]:
 
 def best(reference: VfField, rest: float, count: int) -> float:
     """Least error that a number of elements along x can have, for a field that is known; over the field's change."""
-    lines, _ = grid_lines(np.append(reference.low[:, 0], reference.high[:, 0]))
-    columns, levels = (grid_lines(reference.low[:, axis])[1] for axis in (0, 2))
+    lines, _ = grid_lines(np.append(reference.low[:, 0], reference.high[:, 0]), reference.extent)
+    columns, levels = (grid_lines(reference.low[:, axis], reference.extent)[1] for axis in (0, 2))
     field = reference.values[np.lexsort((columns, levels))].reshape(-1, len(lines) - 1)
     middles = (lines[1:] + lines[:-1]) / 2
     squares = ((np.diff(field, axis=1) / np.diff(middles)) ** 2).sum(axis=0)

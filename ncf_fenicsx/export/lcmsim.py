@@ -19,8 +19,6 @@ from ncf_fenicsx.grid_lines import places
 MOST_PARTS = 100
 FIELD = 8
 """Letters of a number in the mesh file."""
-APART = 1e-7
-"""Share of the stack's extent by which places in the plane may differ and still be one."""
 ISOTROPIC = 1 - 1e-6
 """Ratio of the permeabilities in the plane from which on there is no direction of the larger one."""
 NO_MORE = {"porosity_noise": 0.0, "permeability_noise": 0.0, "p_1": 0.9e5, "p_2": 1e5, "n_CK": 0.0}
@@ -51,12 +49,12 @@ class Columns:
         undeformed, cells = deformed.layers.points, deformed.cells
         extent = float(np.ptp(undeformed[:, :2], axis=0).max())
         middle = undeformed[cells].mean(axis=1)
-        column = places(middle[:, :2], APART * extent)
+        column = places(middle[:, :2], extent)
         counts = np.bincount(column)
         if (counts != counts[0]).any():
             raise SceneError("--to lcmsim: layers have different meshes; expected one of columns through the stack")
         members = np.lexsort([middle[:, 2], column]).reshape(-1, counts[0])
-        place = places(undeformed[:, :2], APART * extent)
+        place = places(undeformed[:, :2], extent)
         order = np.lexsort([undeformed[:, 2], place])
         first = np.flatnonzero(np.diff(place[order], prepend=-1))
         last = np.append(first[1:], len(order)) - 1

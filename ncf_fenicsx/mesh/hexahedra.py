@@ -246,7 +246,7 @@ def columns_of(plan: Floats, extent: float) -> Integers:
         plan: x and y of the points in m, shape (points, 2).
         extent: of the stack in m; points of one column are a ten millionth of it apart at most.
     """
-    return places(plan, 1e-7 * extent)
+    return places(plan, extent)
 
 
 def columns(stack: Hexahedra, parts: int) -> Integers:

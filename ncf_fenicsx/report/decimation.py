@@ -61,8 +61,8 @@ def merged(layers: Layers) -> tuple[Layers, Integers] | None:
 def _grid(layers: Layers, number: int) -> _Grid | None:
     """The grid of a layer; None where its nodes are not at all crossings of lines along x and y."""
     cells = np.flatnonzero(layers.layer == number)
-    nodes = np.unique(layers.cells[cells])
-    (x, column), (y, row) = (grid_lines(layers.points[nodes, axis]) for axis in (0, 1))
+    nodes, extent = np.unique(layers.cells[cells]), float(np.ptp(layers.points, axis=0).max())
+    (x, column), (y, row) = (grid_lines(layers.points[nodes, axis], extent) for axis in (0, 1))
     levels, rest = divmod(len(nodes), len(x) * len(y))
     if rest or len(cells) != (len(x) - 1) * (len(y) - 1) * (levels - 1):
         return None

@@ -56,6 +56,7 @@ class VfField:
         cells = mesh.cells_dict["hexahedron"]
         corners = mesh.points[cells]
         self.low, self.high = corners.min(axis=1), corners.max(axis=1)
+        self.extent = float(np.ptp(mesh.points, axis=0).max())
         self.values: Floats = mesh.cell_data_dict["volume_fraction"]["hexahedron"]
 
     @property
@@ -70,7 +71,7 @@ class VfField:
         index: Integers = np.zeros(len(self.values), dtype=np.int64)
         where: Integers = np.zeros(len(positions), dtype=np.int64)
         for axis in range(3):
-            edges, number = grid_lines(self.low[:, axis])
+            edges, number = grid_lines(self.low[:, axis], self.extent)
             counts.append(len(edges))
             index = index * len(edges) + number
             inside = np.searchsorted(edges, positions[:, axis], side="right") - 1

@@ -27,7 +27,7 @@ def varies_along_y(mesh: meshio.Mesh, share: float = VARIES) -> bool:
     """Whether the top face of a field file has other heights at another y, by more than a share of all its heights."""
     top = _top_nodes(mesh)
     lift = mesh.point_data["displacement"][top, 2]
-    _, line = grid_lines(mesh.points[top, 0])
+    _, line = grid_lines(mesh.points[top, 0], float(np.ptp(mesh.points, axis=0).max()))
     low, high = np.full(line.max() + 1, np.inf), np.full(line.max() + 1, -np.inf)
     np.minimum.at(low, line, lift)
     np.maximum.at(high, line, lift)
