@@ -239,20 +239,10 @@ def between(stack: Hexahedra, vertices: Integers) -> Integers:
     return number.reshape(len(stack.cells), -1)
 
 
-def columns_of(plan: Floats, extent: float) -> Integers:
-    """Number of the column of each point: the same for points above each other.
-
-    Args:
-        plan: x and y of the points in m, shape (points, 2).
-        extent: of the stack in m; points of one column are a ten millionth of it apart at most.
-    """
-    return places(plan, extent)
-
-
 def columns(stack: Hexahedra, parts: int) -> Integers:
     """Kind of each cell: whole columns of cells over each other, about equally many cells in each part."""
     centres = stack.points[stack.cells].mean(axis=1)
-    column = columns_of(centres[:, :2], np.ptp(stack.points, axis=0).max())
+    column = places(centres[:, :2], float(np.ptp(stack.points, axis=0).max()))
     members = np.bincount(column)
     positions = np.stack([np.bincount(column, centres[:, axis]) / members for axis in (0, 1)], axis=1)
     part = np.zeros(len(centres), dtype=np.int64)

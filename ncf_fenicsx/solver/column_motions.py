@@ -13,7 +13,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ncf_fenicsx.mesh.hexahedra import columns_of
+from ncf_fenicsx.grid_lines import places
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,7 @@ def _columns(ranks: MPI.Comm, plan: Floats) -> tuple[Integers, int]:
     """Column of each owned node, numbered alike on any number of ranks, and the number of columns."""
     parts = ranks.allgather(plan)
     everywhere = np.concatenate(parts)
-    column = columns_of(everywhere, np.ptp(everywhere, axis=0).max())
+    column = places(everywhere, float(np.ptp(everywhere, axis=0).max()))
     first = sum(len(part) for part in parts[: ranks.rank])
     return column[first : first + len(plan)], int(column.max()) + 1
 
