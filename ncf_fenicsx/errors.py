@@ -25,9 +25,13 @@ class SceneError(ValueError):
 
 
 def one_line(error: ValidationError) -> str:
-    """First error of a validation as ``key = value: what was expected``, with the number of the others."""
+    """First error of a validation as ``key = value: what was expected``, with the number of the others.
+
+    A list whose entry is wrong counts as too short, too: what lies around the first error is no other.
+    """
     errors = error.errors(include_url=False)
     first = errors[0]
+    more = sum(first["loc"][: len(other["loc"])] != other["loc"] for other in errors[1:])
     context = first.get("ctx", {})
     path = [str(item) for item in first["loc"] if not _is_type_name(item)]
     if "key" in context:
@@ -37,7 +41,7 @@ def one_line(error: ValidationError) -> str:
         "\n", " "
     )
     words = words.replace("Input should be", "expected").replace(" 1 entries", " one entry")
-    others = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    others = f" (and {more} more)" if more else ""
     if first["type"] == "value_error" and isinstance(value, dict):
         return f"{'.'.join(path) or 'scene'}: {words}{others}"
     return f"{'.'.join(path) or 'scene'} = {_shown(value)}: {words}{others}"

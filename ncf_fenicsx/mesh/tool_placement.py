@@ -42,7 +42,7 @@ def position_of_tools(settings: Stack, stack: Hexahedra) -> tuple[float, float]:
 
 
 def check_placement(scene: Scene, stack: Hexahedra) -> None:
-    """Refuse a tool that is beside the stack on all of its path: no height that it may take makes them meet.
+    """Refuse a tool that never meets the stack, or that goes through the plane that the stack lies on.
 
     Raises:
         SceneError: where the tool and the stack are.
@@ -50,6 +50,7 @@ def check_placement(scene: Scene, stack: Hexahedra) -> None:
     low, high = stack.points.min(axis=0), stack.points.max(axis=0)
     for number, tool in enumerate(scene.tool):
         name, tips = numbered("tool", number), _tips(tool, high[2])
+        _check_above(name, tool, tips, scene, stack)
         for axis, letter in enumerate(AXES):
             first, last = tips[:, axis].min() + tool.reach[axis][0], tips[:, axis].max() + tool.reach[axis][1]
             if last < low[axis] - NEAR or first > high[axis] + NEAR:
@@ -57,6 +58,23 @@ def check_placement(scene: Scene, stack: Hexahedra) -> None:
                     f"{name}.position: on its path the tool is over {_range(letter, first, last)}, the stack lies at "
                     f"{_range(letter, low[axis], high[axis])}: they never meet; expected a tool over the stack"
                 )
+
+
+def _check_above(name: str, tool: Tool, tips: Floats, scene: Scene, stack: Hexahedra) -> None:
+    """Refuse a tip that goes down to the rigid plane under the stack: contact by penalty would let it through.
+
+    A mould may lie deeper than the stack does at first, and a tool under force has no height of its own.
+    """
+    low, high = stack.points.min(axis=0), stack.points.max(axis=0)
+    if tool.under_force or scene.mould is not None or scene.stack.sides.bottom == "free":
+        return
+    over = np.all((tips[:, :2] >= low[:2] - NEAR) & (tips[:, :2] <= high[:2] + NEAR), axis=1)
+    lowest = float(tips[over, 2].min(initial=high[2]))
+    if lowest <= low[2] + NEAR:
+        raise SceneError(
+            f"{name}.path: its lowest tip is at z = {_millimetres(lowest)} mm, the rigid plane under the stack at "
+            f"{_millimetres(float(low[2]))} mm; expected a path that stays above it"
+        )
 
 
 def _range(letter: str, first: float, last: float) -> str:

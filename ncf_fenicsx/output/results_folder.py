@@ -131,6 +131,7 @@ class Results:
         kept = {self.folder / name for _, name in self.snapshots}
         for file in {*(self.folder / "fields").glob("*.vtu")} - kept:
             file.unlink()
+        (self.folder / "run.json").unlink(missing_ok=True)  # it tells how the run ended that now goes on
         return self._history.cut(rows)
 
     def fields(self, time: float) -> None:

@@ -123,12 +123,13 @@ def _draw_force(axes: Any, history: Any, scene: Scene) -> None:
 def _draw_profile(
     axes: Any, sections: list[Section], snapshots: list[tuple[float, str]], tips: list[list[Floats]], scene: Scene
 ) -> None:
-    """Vf, or stress, over height in the column of cells that were under the first tool's tip."""
+    """Vf, or stress, over height in the column of cells that was nearest to the first tool's tip at each time."""
     heights: list[float] = []
     for number, (section, (time, _)) in enumerate(zip(sections, snapshots, strict=True)):
         middle = section.quads.mean(axis=1)
-        distance = np.abs(section.positions[:, 0] - (tips[-1][0][0] if scene.tool else 0.0))
-        column = np.flatnonzero(distance <= distance.min() + 1e-6 * np.ptp(section.positions[:, 0]) + 1e-12)
+        nearest = np.abs(middle[:, 0] - (tips[number][0][0] if scene.tool else 0.0)).argmin()
+        aside = np.abs(section.positions[:, 0] - section.positions[nearest, 0])
+        column = np.flatnonzero(aside <= 1e-6 * np.ptp(section.positions[:, 0]) + 1e-12)
         column = column[np.argsort(middle[column, 1])]
         axes.plot(section.values[column], MM * middle[column, 1], "o-", color=f"C{number}", label=f"{time:.4g} s")
         heights += [section.quads[column][:, :, 1].min(), section.quads[column][:, :, 1].max()]

@@ -67,7 +67,7 @@ class FaceLimits:
                 self._progress.caution(
                     f"{name} turns by {math.degrees(place.angle):.0f} degrees {COARSE} at "
                     f"{point_in_words(place.position)}, at {time:.6g} s: its curve asks for nodes "
-                    f"{1e3 * place.length * TURN / place.angle:.2g} mm apart in place of {1e3 * place.length:.2g} mm"
+                    f"{1e3 * place.length * TURN / place.angle:.3g} mm apart in place of {1e3 * place.length:.3g} mm"
                 )
                 return
 

@@ -52,6 +52,8 @@ class Simulation:
         self.progress = ProgressBar(self.milestones[-1], comm, bars)
         self.interruption = Interruption(comm, deadline)
         self._restarts = restart and on_root(comm, lambda: goes_on(folder, scene))
+        if restart and not self._restarts and on_root(comm, (folder / "history.csv").is_file):
+            self.progress.note("no checkpoint there yet: the run begins anew")
         self.problem = build_problem(scene, folder, overwrite or restart, comm, self.progress, self.phases)
         with self.phases("forms"):
             self.measures = Measures(self.problem)

@@ -112,6 +112,25 @@ def test_a_tool_beside_the_stack_on_all_of_its_path_is_impossible(tool, expected
         cautions(table | {"tool": tool})
 
 
+def test_a_path_through_the_plane_under_the_stack_is_impossible_and_one_above_it_or_beside_the_stack_is_not(table):
+    """Contact by penalty would let the tool through, and the run would end as if nothing was wrong."""
+    stack = Scene.from_table(table).stack
+    height = 1e3 * stack.layers * stack.thickness
+
+    def down(depth, **more):
+        steps = [{"travel": ["0 mm", "0 mm", f"-{depth} mm"], "speed": "1 mm/min"}]
+        return table | {"tool": table["tool"] | {"path": steps} | more}
+
+    said = "tool.path: its lowest tip is at z = -1 mm, the rigid plane under the stack at 0 mm; expected a path"
+    with pytest.raises(SceneError, match=re.escape(said)):
+        cautions(down(height + 1))
+    with pytest.raises(SceneError, match="its lowest tip is at z = 0 mm"):
+        cautions(down(height))
+    cautions(down(height - 0.1))
+    cautions(down(height + 1, position=["-2 mm", "0 mm"]))
+    cautions(down(height + 1) | {"mould": {"kind": "cylinder", "shape": "convex", "radius": "200 mm"}})
+
+
 @pytest.mark.parametrize(
     "tool",
     [

@@ -145,3 +145,14 @@ def test_a_cut_has_its_corners_anticlockwise_from_the_lower_left(results):
     assert np.all(high_right[:, 0] > high_left[:, 0])
     assert np.all(high_left[:, 1] > low_left[:, 1])
     assert np.all(high_right[:, 1] > low_right[:, 1])
+
+
+def test_the_profile_is_that_of_one_column_nearest_to_the_tip_at_each_time():
+    """Of a layer in cells of 1 mm whose Vf grows along x, with the tip between two columns and then elsewhere."""
+    flat = section_of(np.zeros_like)
+    tips = [[np.array([0.02, 0.0, 2e-3])], [np.array([0.1503, 0.0, 2e-3])]]
+    axes = Figure().subplots()
+    summary_picture._draw_profile(axes, [flat, flat], [(1.0, ""), (2.0, "")], tips, scene())
+    first, second = (line.get_xdata() for line in axes.lines[:2])
+    assert first == pytest.approx(flat.values[[19]])
+    assert second == pytest.approx(flat.values[[150]])

@@ -9,6 +9,7 @@ from runs_apart import compare
 from ncf_fenicsx import Scene, SceneError, run
 from ncf_fenicsx.output.checkpoint import NAME
 from ncf_fenicsx.simulation import restart
+from ncf_fenicsx.simulation.simulation import Simulation
 
 COMM = MPI.COMM_WORLD
 DOWN = {"travel": ["0 mm", "0 mm", "-0.3 mm"], "speed": "1 mm/min"}
@@ -156,6 +157,37 @@ def test_a_longer_path_goes_on_where_the_shorter_one_ended(folder):
     assert ended.history[-1]["time"] == pytest.approx(18 + 4 + 6)
     whole = run(Scene.from_table(table | longer | {"solver": steps}), folder / "whole")
     assert ended.history[-1]["tool_force"] == pytest.approx(whole.history[-1]["tool_force"], rel=0.02)
+
+
+def test_a_run_that_goes_on_has_no_record_of_how_it_ended_before(folder, monkeypatch):
+    """Killed then, its page would tell the reason of the stop before."""
+    table = law_case() | {"output": {"picture": False, "report": False}}
+    record, seen, accept = folder / "run" / "run.json", [], Simulation.accept
+    run(Scene.from_table(table | {"solver": {"max_steps": 2}}), folder / "run")
+    COMM.barrier()
+    assert record.is_file()
+
+    def looks(self, *args):
+        seen.append(record.exists())
+        accept(self, *args)
+
+    monkeypatch.setattr(Simulation, "accept", looks)
+    run(Scene.from_table(table | {"solver": {"max_steps": 4}}), folder / "run", restart=True)
+    assert seen == [False, False]
+    COMM.barrier()
+    assert record.is_file()
+
+
+def test_a_restart_without_a_checkpoint_says_that_it_begins_anew(folder, capfd):
+    table = law_case() | {"output": {"picture": False, "report": False}, "solver": {"max_steps": 1}}
+    run(Scene.from_table(table), folder / "run", restart=True)
+    assert "no checkpoint" not in capfd.readouterr().out
+    if COMM.rank == 0:
+        (folder / "run" / NAME).unlink()
+    COMM.barrier()
+    run(Scene.from_table(table), folder / "run", restart=True)
+    if COMM.rank == 0:
+        assert "no checkpoint there yet: the run begins anew" in capfd.readouterr().out
 
 
 def test_a_damaged_checkpoint_is_one_line(folder):
