@@ -48,9 +48,11 @@ def check_placement(scene: Scene, stack: Hexahedra) -> None:
         SceneError: where the tool and the stack are.
     """
     low, high = stack.points.min(axis=0), stack.points.max(axis=0)
+    on_plane = scene.mould is None and scene.stack.sides.bottom == "plane"
     for number, tool in enumerate(scene.tool):
         name, tips = numbered("tool", number), _tips(tool, high[2])
-        _check_above(name, tool, tips, scene, stack)
+        if on_plane and not tool.under_force:
+            _check_above(name, tips, low, high)
         for axis, letter in enumerate(AXES):
             first, last = tips[:, axis].min() + tool.reach[axis][0], tips[:, axis].max() + tool.reach[axis][1]
             if last < low[axis] - NEAR or first > high[axis] + NEAR:
@@ -60,14 +62,17 @@ def check_placement(scene: Scene, stack: Hexahedra) -> None:
                 )
 
 
-def _check_above(name: str, tool: Tool, tips: Floats, scene: Scene, stack: Hexahedra) -> None:
-    """Refuse a tip that goes down to the rigid plane under the stack: contact by penalty would let it through.
+def _check_above(name: str, tips: Floats, low: Floats, high: Floats) -> None:
+    """Refuse tips that go down to the rigid plane under the stack: contact by penalty would let them through.
 
     A mould may lie deeper than the stack does at first, and a tool under force has no height of its own.
+
+    Args:
+        name: of the tool.
+        tips: where its path bends in m, shape (positions, 3).
+        low: lowest coordinates of the stack in m.
+        high: the highest ones.
     """
-    low, high = stack.points.min(axis=0), stack.points.max(axis=0)
-    if tool.under_force or scene.mould is not None or scene.stack.sides.bottom == "free":
-        return
     over = np.all((tips[:, :2] >= low[:2] - NEAR) & (tips[:, :2] <= high[:2] + NEAR), axis=1)
     lowest = float(tips[over, 2].min(initial=high[2]))
     if lowest <= low[2] + NEAR:
