@@ -15,6 +15,7 @@ from petsc4py import PETSc
 
 from ncf_fenicsx.grid_lines import places
 from ncf_fenicsx.solver.direct_factors import DirectFactors
+from ncf_fenicsx.solver.galerkin import galerkin
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -39,15 +40,8 @@ class ColumnMotions:
 
     def factorise(self, matrix: Any) -> int:
         """Factors for a matrix; PETSc's reason why there are none, 0 if there are."""
-        self._matrix = matrix.ptap(self._space, self._matrix)
-        self._hold_what_does_not_move()
+        self._matrix = galerkin(matrix, self._space, self._matrix)
         return self._factors.factorise(self._matrix)
-
-    def _hold_what_does_not_move(self) -> None:
-        """Columns at a plane of symmetry have motions that are constrained at all nodes."""
-        diagonal = self._matrix.getDiagonal()
-        diagonal.array[diagonal.array == 0.0] = 1.0
-        self._matrix.setDiagonal(diagonal)
 
     def forget(self) -> None:
         """Forget all, the order of elimination included."""

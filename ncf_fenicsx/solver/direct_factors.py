@@ -27,6 +27,7 @@ class DirectFactors:
     """
 
     exact = has_pivots = True
+    cheap = False
     rough = 1e-3
     tolerance = 1e-4
 

@@ -40,7 +40,7 @@ class LayerFactors:
         preconditioner: PETSc's, that applies them.
     """
 
-    exact, has_pivots = False, True
+    exact, has_pivots, cheap = False, True, False
     rough = 1e-4  # 1e-3 leaves fibres strained by what stays of it: iterations go from 20 to 96 on some meshes
     tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 

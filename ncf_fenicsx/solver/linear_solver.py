@@ -27,6 +27,7 @@ class Factors(Protocol):
     Attributes:
         exact: whether it is the inverse.
         has_pivots: whether pivots tell of negative eigenvalues: a step's last correction then has factors of its own.
+        cheap: whether they cost no more than a few Krylov steps: then each nonlinear solve begins with new ones.
         rough: what they make of a correction's residual, over the correction: exact enough for one that others follow.
         tolerance: the same for a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
@@ -34,6 +35,7 @@ class Factors(Protocol):
 
     exact: bool
     has_pivots: bool
+    cheap: bool
     rough: float
     tolerance: float
     preconditioner: Any
@@ -93,7 +95,8 @@ class LinearSolver:
             exact: whether more is to be solved with the same tangent.
         """
         self._tolerance = self.factors.tolerance if last or exact else self.factors.rough
-        due = self.factors.has_pivots and not self._renewed and (last or not self._renewed_before)
+        tells = self.factors.has_pivots and (last or not self._renewed_before)
+        due = not self._renewed and (tells or self.factors.cheap)
         self._renew = exact or due or self._slow or not self.keeps
 
     def forget(self) -> None:

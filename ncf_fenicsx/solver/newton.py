@@ -21,7 +21,7 @@ from ncf_fenicsx.solver.equations import System
 from ncf_fenicsx.solver.layer_factors import LayerFactors
 from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
 from ncf_fenicsx.solver.modes import critical_mode
-from ncf_fenicsx.solver.multigrid import Multigrid
+from ncf_fenicsx.solver.multigrid import multigrid
 from ncf_fenicsx.solver.step_length import share_of_step, step_options
 from ncf_fenicsx.solver.timing import Phases
 
@@ -205,7 +205,7 @@ class Newton:
         first, last = self.vector.getOwnershipRange()
         positions = self.system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
         if way == "multigrid":
-            return Multigrid(comm, positions, self._constrained)
+            return multigrid(comm, positions, self.system.sublaminates, self._constrained)
         return LayerFactors(comm, symmetric, positions, self.system.sublaminates, first, self._constrained)
 
     @property

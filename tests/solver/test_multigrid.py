@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from assembled import build, run_with_factors
 from dolfinx.fem.petsc import assemble_matrix
+from petsc4py import PETSc
 
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.linear_solver import LinearSolver
-from ncf_fenicsx.solver.multigrid import Multigrid
+from ncf_fenicsx.solver.multigrid import AggregateMultigrid, GridMultigrid, multigrid
 
 SOLID = {"laws": {"solid": {"modulus": "1 MPa", "poisson": 0.2}}, "gravity": "0 m/s^2"}
 BONDED = {"kind": "bonded"}
@@ -28,9 +29,21 @@ def block(divisions):
     }
 
 
-def multigrid(newton, problem):
-    positions = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
-    return Multigrid(newton.vector.comm, positions, newton._constrained)
+def nodes(newton, problem):
+    return problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
+
+
+def by_aggregates(newton, problem):
+    return AggregateMultigrid(newton.vector.comm, newton._constrained, nodes(newton, problem))
+
+
+def by_grids(newton, problem):
+    found = multigrid(newton.vector.comm, nodes(newton, problem), problem.sublaminates, newton._constrained)
+    assert isinstance(found, GridMultigrid)
+    return found
+
+
+BOTH = pytest.mark.parametrize("way", [by_aggregates, by_grids], ids=["aggregates", "grids"])
 
 
 @pytest.mark.parametrize(
@@ -51,14 +64,15 @@ def test_a_run_ends_in_the_same_state(table, folder, way):
     assert many[1]["factorisations"] < whole[1]["factorisations"]
 
 
-def test_steps_hardly_grow_with_the_mesh():
+@BOTH
+def test_steps_hardly_grow_with_the_mesh(way):
     steps = []
     for divisions in (4, 8, 16):
         problem, newton = build(block(divisions))
         matrix, load = newton.tangent.assemble(), newton.vector.duplicate()
         load.set(1.0)
         load.array[newton._constrained] = 0.0
-        linear, found = LinearSolver(multigrid(newton, problem), keeps=True), load.duplicate()
+        linear, found = LinearSolver(way(newton, problem), keeps=True), load.duplicate()
         assert linear.factorise(matrix) == 0
         assert linear._iterate(matrix, load, found)
         exact, expected = DirectFactors(newton.vector.comm, True), load.duplicate()
@@ -70,12 +84,47 @@ def test_steps_hardly_grow_with_the_mesh():
     assert steps[2] <= 2 * steps[0] + 5
 
 
+def test_grids_take_fewer_steps_than_aggregates():
+    """Flat elements, of another length along each axis."""
+    table = block(12)
+    table["stack"] |= {"size": ["4 mm", "20 mm"], "through": 8}
+    problem, newton = build(table)
+    matrix, load, found = newton.tangent.assemble(), newton.vector.duplicate(), newton.vector.duplicate()
+    load.set(1.0)
+    load.array[newton._constrained] = 0.0
+    steps = {}
+    for way in (by_grids, by_aggregates):
+        linear = LinearSolver(way(newton, problem), keeps=True)
+        linear.factorise(matrix)
+        assert linear._iterate(matrix, load, found)
+        steps[way] = linear.krylov_steps
+    assert 2 * steps[by_grids] <= steps[by_aggregates]
+
+
+def test_coarse_tangents_are_those_of_the_step():
+    """Each nonlinear solve begins with new ones, as they cost less than the steps that they save."""
+    problem, newton = build(block(4))
+    linear = LinearSolver(by_grids(newton, problem), keeps=True)
+    matrix, load, found = newton.tangent.assemble(), newton.vector.duplicate(), newton.vector.duplicate()
+    load.set(1.0)
+    outer = PETSc.PC().create(newton.vector.comm)
+    outer.setOperators(matrix)
+    for solves in (1, 2):
+        linear.begin()
+        for _ in range(3):
+            linear.setUp(outer)
+            linear.expect(last=False, exact=False)
+            linear.apply(outer, load, found)
+        assert linear.factorisations == solves
+
+
 def test_rigid_motions_strain_nothing():
     problem, newton = build(block(3))
     free = assemble_matrix(problem.tangent_form)
     free.assemble()
-    positions = problem.space.tabulate_dof_coordinates()[: newton.vector.getLocalSize() // 3]
-    motions = Multigrid(newton.vector.comm, positions, np.array([], dtype=np.int32))._rigid_motions(free).getVecs()
+    positions = nodes(newton, problem)
+    aggregates = AggregateMultigrid(newton.vector.comm, np.array([], dtype=np.int32), positions)
+    motions = aggregates._rigid_motions(free).getVecs()
     forces, stretched = motions[0].duplicate(), motions[0].duplicate()
     stretched.array[:] = positions.ravel()
     free.mult(stretched, forces)
@@ -92,7 +141,8 @@ def test_fibres_are_no_case_for_it(table):
         Scene.from_table(table | {"solver": {"factors": "multigrid"}})
 
 
-def test_a_block_that_buckles_is_noticed():
+@BOTH
+def test_a_block_that_buckles_is_noticed(way):
     """A slender column that nothing holds from the side, pressed along its length."""
     table = SOLID | {
         "stack": {
@@ -109,7 +159,7 @@ def test_a_block_that_buckles_is_noticed():
     negative = []
     for strain in (0.0, 0.05):
         problem.displacement.interpolate(lambda x, strain=strain: np.stack([-strain * x[0], 0 * x[0], 0 * x[0]]))
-        matrix, many = newton.tangent.assemble(), multigrid(newton, problem)
+        matrix, many = newton.tangent.assemble(), way(newton, problem)
         many.factorise(matrix)
         whole = DirectFactors(newton.vector.comm, True)
         whole.factorise(matrix)
