@@ -89,18 +89,21 @@ class GridMultigrid(Multigrid):
         super().__init__(comm, constrained, "mg")
         self._motions: list[Any] = motions
         self._tangents: list[Any] = [None] * len(motions)
-        levels = self.preconditioner
-        levels.setMGLevels(len(motions) + 1)  # in PETSc's order, the coarsest first
-        for level, motion in enumerate(reversed(motions), 1):
-            levels.setMGInterpolation(level, motion)
-            smoother = levels.getMGSmoother(level)
+        self.preconditioner.setMGLevels(len(motions) + 1)  # in PETSc's order, the coarsest first
+        self._link_grids()
+        for level in range(1, len(motions) + 1):
+            smoother = self.preconditioner.getMGSmoother(level)
             smoother.setType("richardson")
             smoother.setTolerances(max_it=1)
             smoother.getPC().setType("sor")  # forth and back over a rank's nodes, so that the inverse is symmetric
-        self._coarsest = levels.getMGCoarseSolve()
+        self._coarsest = self.preconditioner.getMGCoarseSolve()
         self._coarsest.setType("preonly")
         self._coarsest.getPC().setType("cholesky")
         self._coarsest.getPC().setFactorSolverType("mumps")
+
+    def _link_grids(self) -> None:
+        for level, motions in enumerate(reversed(self._motions), 1):
+            self.preconditioner.setMGInterpolation(level, motions)
 
     def _coarsen(self, matrix: Any) -> None:
         tangents = [matrix]
@@ -115,6 +118,7 @@ class GridMultigrid(Multigrid):
     def forget(self) -> None:
         """Forget the coarse tangents, whose patterns follow from that of the matrix."""
         self.preconditioner.reset()
+        self._link_grids()
         self._tangents = [None] * len(self._motions)
 
 

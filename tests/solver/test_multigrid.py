@@ -101,6 +101,22 @@ def test_grids_take_fewer_steps_than_aggregates():
     assert 2 * steps[by_grids] <= steps[by_aggregates]
 
 
+@BOTH
+def test_what_was_forgotten_is_made_again(way):
+    problem, newton = build(block(10))
+    matrix, load, found = newton.tangent.assemble(), newton.vector.duplicate(), newton.vector.duplicate()
+    load.set(1.0)
+    linear, steps, norms = LinearSolver(way(newton, problem), keeps=True), [0], []
+    for _ in range(3):
+        assert linear.factorise(matrix) == 0
+        assert linear._iterate(matrix, load, found)
+        steps.append(linear.krylov_steps)
+        norms.append(found.norm())
+        linear.forget()
+    assert len(set(np.diff(steps))) == 1
+    assert norms == pytest.approx([norms[0]] * 3, rel=1e-9)
+
+
 def test_coarse_tangents_are_those_of_the_step():
     """Each nonlinear solve begins with new ones, as they cost less than the steps that they save."""
     problem, newton = build(block(4))
