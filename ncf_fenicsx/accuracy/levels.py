@@ -9,8 +9,7 @@ from typing import Any
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.mesh.stack_mesh import focus_of
 from ncf_fenicsx.parameters.units import PenaltyStiffness
-from ncf_fenicsx.report.reading import read_fields, read_snapshots
-from ncf_fenicsx.report.side_view import varies_along_y
+from ncf_fenicsx.report.reading import read_fields, read_snapshots, varies_along_y
 from ncf_fenicsx.scene import Scene
 from ncf_fenicsx.scene.interfaces import OneSided
 from ncf_fenicsx.scene.stack import Divisions

@@ -12,11 +12,10 @@ from ncf_fenicsx.accuracy.bands import write_bands
 from ncf_fenicsx.accuracy.quantities import QUANTITIES
 from ncf_fenicsx.output.results_folder import ACCURACY
 from ncf_fenicsx.output.safe_files import replace
-from ncf_fenicsx.report.closing import drawn_or_told
-from ncf_fenicsx.report.page import PAGE, write_report
+from ncf_fenicsx.report.closing import drawings_of_run, drawn_or_told
+from ncf_fenicsx.report.page import PAGE
 from ncf_fenicsx.report.reading import read_record
 from ncf_fenicsx.report.study_page import write_study
-from ncf_fenicsx.report.summary_picture import draw_summary
 from ncf_fenicsx.scene.settings import Accuracy, Output
 
 
@@ -115,10 +114,7 @@ def _show(answer: Answer, shown: dict[str, Any], output: Output) -> list[str]:
     finest = answer.levels[-1].folder
     write_bands(answer)
     _write(finest / "run.json", read_record(finest) | {"accuracy": shown})
-    wanted = {"summary.png": draw_summary} if output.picture else {}
-    if output.report:
-        wanted[PAGE] = write_report
-    return drawn_or_told(finest, wanted)
+    return drawn_or_told(finest, drawings_of_run(output))
 
 
 def _write(path: Path, record: dict[str, Any]) -> None:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, peak_prominences
 
 from ncf_fenicsx.output.wrinkles import grid_of
 
@@ -118,6 +117,8 @@ def _lines(undeformed: Floats, current: Floats, lift: Floats, floor: float) -> I
 
 def _peaks(line: _Line, floor: float) -> list[_Peak]:
     """The crests of a line whose height is above a floor (m)."""
+    from scipy.signal import find_peaks, peak_prominences  # takes half a second to load: most runs have no crest
+
     nodes = find_peaks(line.lift)[0]
     heights = peak_prominences(line.lift, nodes)[0]
     count = int(np.count_nonzero(heights >= SHARE * heights.max(initial=floor)))

@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import detrend
 from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
@@ -174,7 +173,8 @@ def spectral_wavelength(position: Floats, deflection: Floats, floor: float = FLO
     """
     points = 2 * len(position)
     s = np.linspace(position[0], position[-1], points)
-    w = detrend(np.interp(s, position, deflection))
+    height = np.interp(s, position, deflection)
+    w = height - np.polynomial.Polynomial.fit(s, height, 1)(s)
     if np.ptp(w) / 2 <= floor:
         return 0.0
     power: Floats = np.abs(np.fft.rfft(w * np.hanning(points), PADDING * points)) ** 2

@@ -5,10 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from ncf_fenicsx.scene.settings import Output
+
 LONGEST = 200
 """Letters of an error's message that are told."""
 
 Drawing = Callable[[Path], object]
+
+
+def drawings_of_run(output: Output) -> dict[str, Drawing]:
+    """What makes the files that a scene asks for, by the files' names.
+
+    Matplotlib is loaded here, where it is needed: that takes as long as a small scene.
+    """
+    drawings: dict[str, Drawing] = {}
+    if output.picture:
+        from ncf_fenicsx.report.summary_picture import draw_summary
+
+        drawings["summary.png"] = draw_summary
+    if output.report:
+        from ncf_fenicsx.report.page import write_report
+
+        drawings["report.html"] = write_report
+    return drawings
 
 
 def drawn_or_told(folder: Path, drawings: Mapping[str, Drawing]) -> list[str]:

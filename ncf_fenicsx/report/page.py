@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 
 from ncf_fenicsx.output.safe_files import replace
 from ncf_fenicsx.report import encoding, first_screen, repeat
@@ -70,6 +69,8 @@ def write_page(path: Path, title: str, main: str, runs: list[dict[str, Any]]) ->
     Raises:
         ResultError: it cannot be written.
     """
+    from matplotlib import colormaps  # takes long to load, and most that import this file write no page
+
     colours = (255 * colormaps["viridis"](np.linspace(0, 1, 256))).round().astype(np.uint8).tobytes()
     main += element("script", base64.b64encode(colours).decode("ascii"), type="text/plain", id="colour-map")
     page = document(title, main + data("runs", runs), RUN_SCRIPTS)

@@ -12,11 +12,16 @@ from xml.etree import ElementTree
 
 import meshio
 import numpy as np
+from numpy.typing import NDArray
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.output.results_folder import ERROR_BANDS
 from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.scene import Scene
+
+VARIES = 0.1
+"""Difference of heights at one undeformed x, over the largest lift, from which on a wrinkle varies along y."""
 
 
 def read_history(path: Path) -> Any:
@@ -123,3 +128,20 @@ def _columns(path: Path) -> dict[str, Any]:
     """Columns of a table by name; none of one that is not there, or has no whole line."""
     rows = read_history(path) if path.exists() and "\n" in path.read_text(encoding="utf-8") else None
     return {} if rows is None or rows.dtype.names is None else {name: rows[name] for name in rows.dtype.names}
+
+
+def varies_along_y(mesh: meshio.Mesh, share: float = VARIES) -> bool:
+    """Whether the top face of a field file has other heights at another y, by more than a share of all its heights."""
+    top = _top_nodes(mesh)
+    lift = mesh.point_data["displacement"][top, 2]
+    _, line = grid_lines(mesh.points[top, 0], float(np.ptp(mesh.points, axis=0).max()))
+    low, high = np.full(line.max() + 1, np.inf), np.full(line.max() + 1, -np.inf)
+    np.minimum.at(low, line, lift)
+    np.maximum.at(high, line, lift)
+    return bool((high - low).max() > share * np.ptp(lift) and np.ptp(lift) > 0)
+
+
+def _top_nodes(mesh: meshio.Mesh) -> NDArray[np.int64]:
+    height = mesh.points[:, 2]
+    nodes: NDArray[np.int64] = np.flatnonzero(height >= height.max() - 1e-9 * np.ptp(mesh.points))
+    return nodes

@@ -9,7 +9,6 @@ import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.report.sections import MM, SCALES, scale_in_words
 from ncf_fenicsx.scene import Scene
 
@@ -17,21 +16,8 @@ Floats = NDArray[np.float64]
 
 FACES = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
 """Corners of the faces of a hexahedron in a VTK file."""
-VARIES = 0.1
-"""Difference of heights at one undeformed x, over the largest lift, from which on a wrinkle varies along y."""
 LOWEST = 0.15
 """Height of the drawing over its length below which heights are drawn larger."""
-
-
-def varies_along_y(mesh: meshio.Mesh, share: float = VARIES) -> bool:
-    """Whether the top face of a field file has other heights at another y, by more than a share of all its heights."""
-    top = _top_nodes(mesh)
-    lift = mesh.point_data["displacement"][top, 2]
-    _, line = grid_lines(mesh.points[top, 0], float(np.ptp(mesh.points, axis=0).max()))
-    low, high = np.full(line.max() + 1, np.inf), np.full(line.max() + 1, -np.inf)
-    np.minimum.at(low, line, lift)
-    np.maximum.at(high, line, lift)
-    return bool((high - low).max() > share * np.ptp(lift) and np.ptp(lift) > 0)
 
 
 def draw_side_view(axes: Any, mesh: meshio.Mesh, scene: Scene, tips: list[Floats]) -> Any:
@@ -73,12 +59,6 @@ def draw_side_view(axes: Any, mesh: meshio.Mesh, scene: Scene, tips: list[Floats
     axes.set(xlabel="x (mm)", ylabel="y (mm)", zlabel="height (mm)")
     axes.set_title(f"Seen from the side at the end, {scale_in_words(exaggeration)}")
     return skin
-
-
-def _top_nodes(mesh: meshio.Mesh) -> NDArray[np.int64]:
-    height = mesh.points[:, 2]
-    nodes: NDArray[np.int64] = np.flatnonzero(height >= height.max() - 1e-9 * np.ptp(mesh.points))
-    return nodes
 
 
 def _outside(mesh: meshio.Mesh) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ncf_fenicsx.output.safe_files import replace
 from ncf_fenicsx.parameters.kinds import numbered
 from ncf_fenicsx.report import tool_places
-from ncf_fenicsx.report.reading import read_fields, read_history, read_record, read_snapshots
+from ncf_fenicsx.report.reading import read_fields, read_history, read_record, read_snapshots, varies_along_y
 from ncf_fenicsx.report.sections import (
     KPA,
     MM,
@@ -26,7 +26,7 @@ from ncf_fenicsx.report.sections import (
     label_of_values,
     window_of,
 )
-from ncf_fenicsx.report.side_view import draw_side_view, varies_along_y
+from ncf_fenicsx.report.side_view import draw_side_view
 from ncf_fenicsx.scene import Scene
 
 Floats = NDArray[np.float64]

@@ -6,9 +6,7 @@ from mpi4py import MPI
 
 from ncf_fenicsx.mesh.parallel import on_root
 from ncf_fenicsx.output.results_folder import Results
-from ncf_fenicsx.report.closing import drawn_or_told
-from ncf_fenicsx.report.page import write_report
-from ncf_fenicsx.report.summary_picture import draw_summary
+from ncf_fenicsx.report.closing import drawings_of_run, drawn_or_told
 from ncf_fenicsx.scene.settings import Output
 from ncf_fenicsx.simulation.progress_bar import ProgressBar
 
@@ -19,8 +17,5 @@ def draw_closing_pictures(results: Results, output: Output, progress: ProgressBa
     All results are on the disk by then. What cannot be drawn is a caution and no error: the run is not at fault, and
     ``ncf-fenicsx report`` writes the page again.
     """
-    wanted = {"summary.png": draw_summary} if output.picture else {}
-    if output.report:
-        wanted["report.html"] = write_report
-    for words in on_root(comm, lambda: drawn_or_told(results.folder, wanted)):
+    for words in on_root(comm, lambda: drawn_or_told(results.folder, drawings_of_run(output))):
         progress.caution(words)

@@ -2,15 +2,17 @@
 
 import json
 import re
+import subprocess
+import sys
 
 import pytest
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.accuracy.command import Order, carry_out
+from ncf_fenicsx.report import page, summary_picture
 from ncf_fenicsx.report.closing import LONGEST, drawn_or_told
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.summary_picture import draw_summary
-from ncf_fenicsx.simulation import closing_pictures
 
 pytestmark = pytest.mark.serial
 
@@ -33,8 +35,8 @@ def test_a_long_message_is_cut(tmp_path):
 
 @pytest.mark.parametrize(("steps", "code"), [(None, 0), (2, 1)])
 def test_a_run_that_cannot_be_drawn_ends_as_it_did(tmp_path, monkeypatch, table, capfd, steps, code):
-    for name in ("draw_summary", "write_report"):
-        monkeypatch.setattr(closing_pictures, name, fails)
+    monkeypatch.setattr(summary_picture, "draw_summary", fails)
+    monkeypatch.setattr(page, "write_report", fails)
     changes = {"output": {}} if steps is None else {"output": {}, "solver": {"max_steps": steps}}
     (tmp_path / "scene.toml").write_text(Scene.from_table(table | changes).to_toml(), encoding="utf-8")
     order = Order(tmp_path / "scene.toml", tmp_path / "run", (), False, None, {}, False, 1)
@@ -57,3 +59,19 @@ def test_fields_that_cannot_be_read_cost_the_picture_alone(copied):
     (words,) = drawn_or_told(copied, {"summary.png": draw_summary})
     assert words.startswith("no summary.png: ")
     assert (copied / "summary.png").read_bytes() == kept
+
+
+def test_a_run_without_pictures_loads_nothing_that_draws(tmp_path, table):
+    scene = Scene.from_table(table | {"solver": {"max_steps": 1}, "output": {"picture": False, "report": False}})
+    (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
+    program = (
+        "import sys; from ncf_fenicsx import cli\n"
+        "try: cli.main()\n"
+        "finally: print('loaded', 'matplotlib' in sys.modules)"
+    )
+    for more, loaded in (([], False), (["--set", "output.picture=true"], True)):
+        command = ["run", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "run"), "--ranks", "1", "--overwrite"]
+        ended = subprocess.run(
+            [sys.executable, "-c", program, *command, *more], capture_output=True, text=True, check=False
+        )
+        assert f"loaded {loaded}" in ended.stdout, ended.stderr

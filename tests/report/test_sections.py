@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 
 from ncf_fenicsx import Scene, run
 from ncf_fenicsx.report import summary_picture
+from ncf_fenicsx.report.reading import varies_along_y
 from ncf_fenicsx.report.sections import Section, Window, cut, draw_section, window_of
-from ncf_fenicsx.report.side_view import draw_side_view, varies_along_y
+from ncf_fenicsx.report.side_view import draw_side_view
 
 pytestmark = pytest.mark.serial
 
