@@ -6,6 +6,7 @@ coarsened first, until elements are of one length in all directions, as smoothin
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -132,8 +133,10 @@ def grid_of(ranks: MPI.Comm, positions: Floats, sublaminates: Integers, constrai
     found = [_axis(nodes[:, along], bodies if along == UPWARD else np.zeros_like(bodies), extent) for along in range(3)]
     x, y, z = (axis for axis, _ in found)
     shape = (len(x.places), len(y.places), len(z.places))
+    if math.prod(shape) != len(nodes):  # of nodes in no order there are more crossings than fit into memory
+        return None
     crossings = np.ravel_multi_index([lines for _, lines in found], shape)
-    if not np.array_equal(np.sort(crossings), np.arange(np.prod(shape))):
+    if len(np.unique(crossings)) < len(nodes):
         return None
     starts = np.append(0, np.cumsum(ranks.allgather(len(positions))))
     return Grid((x, y, z), np.argsort(crossings).reshape(shape), starts, np.concatenate(ranks.allgather(free)))

@@ -12,6 +12,8 @@ from ncf_fenicsx.report.study_panels import ERRORS, LEAST, front
 from ncf_fenicsx.workers.rows import Row
 
 MARKERS = "osD^v<>PX*hp"
+COLOURS = 10
+"""That Matplotlib takes in turn; a method that has the colour of another one has a broken line."""
 
 
 def draw_work_precision(rows: list[Row], title: str, path: Path) -> None:
@@ -34,9 +36,8 @@ def _draw(axes: Any, rows: list[Row], error: str) -> None:
     best = front(points)
     for number, method in enumerate(dict.fromkeys(row["method"] for row in rows)):
         own = [(point, row["level"]) for point, row in zip(points, rows, strict=True) if row["method"] == method]
-        axes.plot(
-            *zip(*(point for point, _ in own), strict=True), marker=MARKERS[number % 12], ms=5, lw=1, label=method
-        )
+        line = {"marker": MARKERS[number % len(MARKERS)], "ls": "-" if number < COLOURS else "--"}
+        axes.plot(*zip(*(point for point, _ in own), strict=True), **line, ms=5, lw=1, label=method)
         for point, level in own:
             if point in best:
                 axes.annotate(level, point, fontsize=7, xytext=(0, -9), textcoords="offset points", ha="center")

@@ -110,10 +110,13 @@ def test_every_other_line_and_the_last_one_of_each_body():
     assert between[5].tolist() == [3, 4]
 
 
-@pytest.mark.parametrize("change", ["shifted", "missing", "twice"])
+@pytest.mark.parametrize("change", ["no order", "shifted", "missing", "twice"])
 def test_other_nodes_are_no_grid(change):
     positions, bodies = stack()
-    if change == "shifted":
+    if change == "no order":
+        positions = np.random.default_rng(COMM.rank).random((20_000, 3))
+        bodies = np.zeros(len(positions), dtype=np.int64)
+    elif change == "shifted":
         positions[:3, 0] += 0.3e-3 * np.arange(1, 4)
     elif change == "missing":
         positions, bodies = positions[1:], bodies[1:]
