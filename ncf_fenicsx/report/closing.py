@@ -14,20 +14,21 @@ Drawing = Callable[[Path], object]
 
 
 def drawings_of_run(output: Output) -> dict[str, Drawing]:
-    """What makes the files that a scene asks for, by the files' names.
+    """What makes the files that a scene asks for, by the files' names."""
+    drawings: dict[str, Drawing] = {"summary.png": _draw_summary} if output.picture else {}
+    return drawings | ({"report.html": _write_report} if output.report else {})
 
-    Matplotlib is loaded here, where it is needed: that takes as long as a small scene.
-    """
-    drawings: dict[str, Drawing] = {}
-    if output.picture:
-        from ncf_fenicsx.report.summary_picture import draw_summary
 
-        drawings["summary.png"] = draw_summary
-    if output.report:
-        from ncf_fenicsx.report.page import write_report
+def _draw_summary(folder: Path) -> object:
+    from ncf_fenicsx.report.summary_picture import draw_summary  # Matplotlib takes as long to load as a small scene
 
-        drawings["report.html"] = write_report
-    return drawings
+    return draw_summary(folder)
+
+
+def _write_report(folder: Path) -> object:
+    from ncf_fenicsx.report.page import write_report
+
+    return write_report(folder)
 
 
 def drawn_or_told(folder: Path, drawings: Mapping[str, Drawing]) -> list[str]:
