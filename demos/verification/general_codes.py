@@ -66,7 +66,7 @@ report = false
 fields_every = 1000
 """
 SAME = {"divisions": [120, 12], "through": [16], "grading": [0.0, 0.0], "factors": "multigrid"}
-OWN = {"divisions": [80, 2], "through": [4, 4, 8, 12], "grading": [0.6, 0.0], "factors": "multigrid"}
+OWN = {"divisions": [64, 2], "through": [3, 3, 6, 10], "grading": [0.7, 0.0], "factors": "multigrid"}
 FINE = {"divisions": [160, 4], "through": [4, 6, 10, 20], "grading": [0.6, 0.0], "factors": "multigrid"}
 QUARTERS = 4
 
