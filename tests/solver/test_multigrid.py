@@ -101,6 +101,13 @@ def test_grids_take_fewer_steps_than_aggregates():
     assert 2 * steps[by_grids] <= steps[by_aggregates]
 
 
+def test_nodes_off_the_lines_of_a_grid_take_aggregates():
+    problem, newton = build(block(4))
+    askew = nodes(newton, problem) + 1e-4 * np.sin(1e4 * nodes(newton, problem)[:, [1, 2, 0]])
+    found = multigrid(newton.vector.comm, askew, problem.sublaminates, newton._constrained)
+    assert isinstance(found, AggregateMultigrid)
+
+
 @BOTH
 def test_what_was_forgotten_is_made_again(way):
     problem, newton = build(block(10))
