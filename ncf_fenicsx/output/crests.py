@@ -117,7 +117,7 @@ def _lines(undeformed: Floats, current: Floats, lift: Floats, floor: float) -> I
 
 def _peaks(line: _Line, floor: float) -> list[_Peak]:
     """The crests of a line whose height is above a floor (m)."""
-    from scipy.signal import find_peaks, peak_prominences  # takes half a second to load: most runs have no crest
+    from scipy.signal import find_peaks, peak_prominences  # takes half a second to load: `check` need not wait for it
 
     nodes = find_peaks(line.lift)[0]
     heights = peak_prominences(line.lift, nodes)[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from ncf_fenicsx.report.page import PAGE, write_report
 from ncf_fenicsx.scene.settings import Output
 
 LONGEST = 200
@@ -16,19 +17,13 @@ Drawing = Callable[[Path], object]
 def drawings_of_run(output: Output) -> dict[str, Drawing]:
     """What makes the files that a scene asks for, by the files' names."""
     drawings: dict[str, Drawing] = {"summary.png": _draw_summary} if output.picture else {}
-    return drawings | ({"report.html": _write_report} if output.report else {})
+    return drawings | ({PAGE: write_report} if output.report else {})
 
 
 def _draw_summary(folder: Path) -> object:
     from ncf_fenicsx.report.summary_picture import draw_summary  # Matplotlib takes as long to load as a small scene
 
     return draw_summary(folder)
-
-
-def _write_report(folder: Path) -> object:
-    from ncf_fenicsx.report.page import write_report
-
-    return write_report(folder)
 
 
 def drawn_or_told(folder: Path, drawings: Mapping[str, Drawing]) -> list[str]:

@@ -41,7 +41,7 @@ class Multigrid(ABC):
     tolerance: float
 
     def __init__(self, comm: Any, constrained: NDArray[np.int32], way: str) -> None:
-        self._constrained, self._mode = constrained, LowestMode(constrained)
+        self._mode = LowestMode(constrained)
         self.preconditioner = PETSc.PC().create(comm)
         self.preconditioner.setType(way)
 
@@ -63,9 +63,9 @@ class Multigrid(ABC):
         del matrix
         return 0
 
-    @abstractmethod
     def forget(self) -> None:
         """Forget all that follows from the pattern of a matrix."""
+        self.preconditioner.reset()
 
     def count_negative(self, matrix: Any) -> int:
         """One where a mode of negative stiffness is found: see `LowestMode`."""
@@ -116,8 +116,8 @@ class GridMultigrid(Multigrid):
         self._coarsest.setOperators(tangents[-1])
 
     def forget(self) -> None:
-        """Forget the coarse tangents, whose patterns follow from that of the matrix."""
-        self.preconditioner.reset()
+        """Forget the coarse tangents; PETSc drops the links of the grids with them."""
+        super().forget()
         self._link_grids()
         self._tangents = [None] * len(self._motions)
 
@@ -141,7 +141,7 @@ class AggregateMultigrid(Multigrid):
             PETSc.Options()[PREFIX + name] = value
         self.preconditioner.setOptionsPrefix(PREFIX)
         self.preconditioner.setFromOptions()
-        self._positions = positions
+        self._positions, self._constrained = positions, constrained
         self._motions: Any = None
 
     def _coarsen(self, matrix: Any) -> None:
@@ -164,10 +164,6 @@ class AggregateMultigrid(Multigrid):
             vector.normalize()
             motions.append(vector)
         return PETSc.NullSpace().create(vectors=motions, comm=matrix.comm)
-
-    def forget(self) -> None:
-        """Forget all, the aggregates included."""
-        self.preconditioner.reset()
 
 
 def multigrid(

@@ -9,7 +9,7 @@ import pytest
 
 from ncf_fenicsx import Scene
 from ncf_fenicsx.accuracy.command import Order, carry_out
-from ncf_fenicsx.report import page, summary_picture
+from ncf_fenicsx.report import closing, summary_picture
 from ncf_fenicsx.report.closing import LONGEST, drawn_or_told
 from ncf_fenicsx.report.reading import Results
 from ncf_fenicsx.report.summary_picture import draw_summary
@@ -36,7 +36,7 @@ def test_a_long_message_is_cut(tmp_path):
 @pytest.mark.parametrize(("steps", "code"), [(None, 0), (2, 1)])
 def test_a_run_that_cannot_be_drawn_ends_as_it_did(tmp_path, monkeypatch, table, capfd, steps, code):
     monkeypatch.setattr(summary_picture, "draw_summary", fails)
-    monkeypatch.setattr(page, "write_report", fails)
+    monkeypatch.setattr(closing, "write_report", fails)
     changes = {"output": {}} if steps is None else {"output": {}, "solver": {"max_steps": steps}}
     (tmp_path / "scene.toml").write_text(Scene.from_table(table | changes).to_toml(), encoding="utf-8")
     order = Order(tmp_path / "scene.toml", tmp_path / "run", (), False, None, {}, False, 1)
