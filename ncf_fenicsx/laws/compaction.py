@@ -13,7 +13,6 @@ from typing import Annotated, Literal, Self
 import numpy as np
 import ufl
 from pydantic import Field
-from scipy.optimize import brentq
 
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import Conditions, Law, Measured, number, positive, real
@@ -49,6 +48,8 @@ class CompactionLaw(Law):
 
     def first_guess(self, measured: Measured) -> Self:
         """The law whose first fitted number gives it the largest pressure that was measured."""
+        from scipy.optimize import brentq  # a fifth of the start of a program that does not calibrate
+
         names = self.fitted or tuple(name for name, value in self if isinstance(value, float))
         if not names:
             return self

@@ -14,7 +14,6 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 import ufl
 from pydantic import model_validator
-from scipy.interpolate import PchipInterpolator
 
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.laws.law import is_symbolic, positive
@@ -57,6 +56,8 @@ class MonotoneCubic:
     @cached_property
     def slopes(self) -> list[float]:
         """Slopes at the nodes."""
+        from scipy.interpolate import PchipInterpolator  # a fifth of the start of a program whose scene has no table
+
         x, y = np.array(self.x), np.array(self.y)
         if self.odd:
             x, y = (np.concatenate([-values[:0:-1], values]) for values in (x, y))

@@ -123,7 +123,7 @@ def create_vector(space: Any) -> Any:
 
 
 def create_matrix(space: Any, links: np.ndarray) -> Any:
-    """PETSc matrix for integrals over the cells of one space, with entries for further pairs of nodes.
+    """Matrix for integrals over the cells of one space, with entries for further pairs of nodes, one in memory each.
 
     Args:
         space: of nodal fields.
@@ -138,7 +138,14 @@ def create_matrix(space: Any, links: np.ndarray) -> Any:
     for row, column in local:
         pattern.insert(row, column)
     pattern.finalize()
-    return cpp.la.petsc.create_matrix(comm, pattern)
+    return la.matrix_csr(pattern, la.BlockMode.expanded)
+
+
+def assemble_matrix(matrix: Any, form: Any, conditions: list[Any]) -> None:
+    """Add a compiled bilinear form to a matrix and sum over ranks; nothing to rows and columns of constrained dofs."""
+    none = 0.0  # else dofs that several conditions constrain get as many units on the diagonal
+    fem.assemble_matrix(matrix, form, conditions, none)
+    matrix.scatter_reverse()
 
 
 def _with_ghosts(own: Any, numbers: np.ndarray) -> tuple[Any, np.ndarray]:

@@ -104,20 +104,29 @@ def _is_inside(place: Floats, model: Floats) -> bool:
 
 
 def _lines(undeformed: Floats, current: Floats, lift: Floats, floor: float) -> Iterator[_Line]:
-    """Lines along x and y whose lift varies by more than a floor (m)."""
+    """Lines along x and y that rise and fall by more than a floor (m)."""
     grid = grid_of(undeformed)
     now = (grid.values(current[:, axis]) for axis in range(2))
     values = np.stack([grid.values(lift), *np.meshgrid(grid.x, grid.y), *now])
     for axis, lines in enumerate((values.transpose(1, 0, 2), values.transpose(2, 0, 1))):
         for line in lines:
             known = line[:, np.isfinite(line[0])]
-            if known.size and np.ptp(known[0]) > floor:
+            if known.size and _highest(known[0]) > floor:
                 yield _Line(known[1 + axis], known[0], known[1:3], known[3:])
+
+
+def _highest(lift: Floats) -> float:
+    """Height of a line's nodes over the lowest on either side at most in m, which no crest exceeds."""
+    lowest = [np.minimum.accumulate(lift[::way])[::way] for way in (1, -1)]
+    return float(np.max(lift - np.maximum(*lowest)))
 
 
 def _peaks(line: _Line, floor: float) -> list[_Peak]:
     """The crests of a line whose height is above a floor (m)."""
-    from scipy.signal import find_peaks, peak_prominences  # takes half a second to load: `check` need not wait for it
+    from scipy.signal import (
+        find_peaks,
+        peak_prominences,
+    )  # half a second to load, for waves only
 
     nodes = find_peaks(line.lift)[0]
     heights = peak_prominences(line.lift, nodes)[0]

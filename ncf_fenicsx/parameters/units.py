@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from functools import cache
 from typing import Annotated, Any
 
-import pint
 from pydantic_core import CoreSchema, core_schema
+
+from ncf_fenicsx.parameters.registry import UnitError, registry
 
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 RAISED = "[⁻]?[⁰¹²³⁴-⁹]+"
@@ -24,11 +24,6 @@ NUMBER = re.compile(
 FACTOR = rf"[A-Za-zµμ°%]+(?:(?:\^|\*\*)?-?[0-9]|{RAISED})?"
 UNIT = re.compile(rf"(?:1 ?/ ?)?{FACTOR}(?: ?[/*·] ?{FACTOR})*")
 ATTACHED_POWER = re.compile(r"(?<=[A-Za-zµμ°%])(-?[0-9])")
-
-
-@cache
-def _registry() -> pint.UnitRegistry:
-    return pint.UnitRegistry()
 
 
 def parse_number(text: object) -> float | None:
@@ -61,8 +56,8 @@ def parse_quantity(text: object, symbol: str) -> float | None:
         return None
     plain = ATTACHED_POWER.sub(r"**\1", re.sub(RAISED, lambda raised: str(raised[0]).translate(SUPERSCRIPTS), unit))
     try:
-        value = float(_registry().Quantity(_value(match), _registry().parse_units(plain)).to(symbol).magnitude)
-    except (pint.errors.PintError, AttributeError, KeyError, ValueError, OverflowError):
+        value = float(registry().Quantity(_value(match), registry().parse_units(plain)).to(symbol).magnitude)
+    except (UnitError, AttributeError, KeyError, ValueError, OverflowError):
         return None
     return value if math.isfinite(value) else None
 
@@ -109,7 +104,7 @@ class Quantity:
         """What is doubtful about a value, shown in its natural unit; empty if nothing is."""
         if self.usual is None or value == 0 or self.usual[0] <= abs(value) <= self.usual[1]:
             return ""
-        shown, low, high = (_registry().Quantity(v, self.symbol).to(self.usual[2]) for v in (value, *self.usual[:2]))
+        shown, low, high = (registry().Quantity(v, self.symbol).to(self.usual[2]) for v in (value, *self.usual[:2]))
         return f"{shown:.4g~C} is far outside what is usual, {low:.4g~C} to {high:.4g~C}"
 
     def read(self, value: object) -> float | None:

@@ -11,12 +11,10 @@ from petsc4py import PETSc
 
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.solver.equations import Integers, System
+from ncf_fenicsx.solver.sparse_matrix import SparseMatrix
 
 Floats = NDArray[np.float64]
 ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE
-
-
-PATTERN_AT_ONCE = 100_000
 
 
 class Residual:
@@ -58,16 +56,13 @@ class TangentMatrix:
     Args:
         system: whose tangent.
         constrained: this rank's owned dofs whose displacement is given.
-
-    Attributes:
-        matrix: the PETSc matrix; another object whenever the pattern has grown.
     """
 
     def __init__(self, system: System, constrained: Integers) -> None:
         self.system = system
-        self.matrix: Any = None
+        self._entries: Any = None
         self._nodes = system.displacement.function_space.dofmap.index_map
-        self._free = self._unconstrained(constrained)
+        self._constrained, self._free = constrained, self._unconstrained(constrained)
         self._links: Integers = np.zeros(0, dtype=np.int64)
         self._pairings = -1
         self.follow_links()
@@ -98,34 +93,28 @@ class TangentMatrix:
             pairs.append((rows[:, :, None] * self._nodes.size_global + columns[:, None, :]).ravel())
         links = np.unique(np.concatenate(pairs))
         grown = self._nodes.comm.allreduce(len(links) > len(self._links))
-        if self.matrix is not None and not grown:
+        if self._entries is not None and not grown:
             return False
         self._links = links
-        if self.matrix is not None:
-            self.matrix.destroy()
-        self._unfilled = np.stack(np.divmod(links, self._nodes.size_global), axis=1)
-        self.matrix = compat.create_matrix(space, self._unfilled)
+        if self._entries is not None:
+            self._entries.destroy()
+        pairs_of_nodes = np.stack(np.divmod(links, self._nodes.size_global), axis=1)
+        self._entries = SparseMatrix(space, pairs_of_nodes, self._constrained)
         return True
+
+    @property
+    def matrix(self) -> Any:
+        """PETSc's matrix; another object whenever the pattern has grown."""
+        return self._entries.petsc
 
     def assemble(self) -> Any:
         """Tangent in N/m at the present displacement, rows and columns of constrained dofs those of the unit matrix."""
-        A: Any = self.matrix
-        system = self.system
-        A.zeroEntries()
+        system, A = self.system, self.matrix
         system.contacts.refresh()
-        fem_petsc.assemble_matrix(A, self._form, bcs=system.supports.conditions)
-        A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-        self._fill_pattern()
+        self._entries.assemble(self._form, system.supports.conditions)
         for rows, columns, blocks in system.contacts.tangent():
             free = [self._free[nodes].reshape(len(nodes), -1) for nodes in (rows, columns)]
             entries = blocks * free[0][:, :, None] * free[1][:, None, :]
             A.setValuesBlockedRCV(rows.astype(PETSc.IntType), columns.astype(PETSc.IntType), entries, ADD)
         A.assemble()
         return A
-
-    def _fill_pattern(self) -> None:
-        """Set all links once: PETSc drops entries from a new matrix that nothing is added to."""
-        for start in range(0, len(self._unfilled), PATTERN_AT_ONCE):
-            links = self._unfilled[start : start + PATTERN_AT_ONCE].astype(PETSc.IntType)
-            self.matrix.setValuesBlockedRCV(links[:, :1], links[:, 1:], np.zeros((len(links), 3, 3)), ADD)
-        self._unfilled = self._unfilled[:0]

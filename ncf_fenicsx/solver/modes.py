@@ -20,8 +20,10 @@ FIRST_SHIFT = 1e-12
 
 Pair = tuple[Any, Any]
 """A vector, and the matrix times it."""
-STEPS = 4
-"""Improvements at a time: the matrix changes little from step to step, so the mode goes on improving over many."""
+STEPS = 8
+"""Improvements at a time, at most: the matrix changes little from step to step, so the mode improves over many."""
+SETTLED = 0.03
+"""Share of its stiffness below which an improvement is the last for now."""
 DISTINCT = 1e-6
 """Length, of a direction of length one, across those before it that is more than round-off."""
 
@@ -85,7 +87,7 @@ class LowestMode:
         self._mode: Any = None
 
     def curvature(self, matrix: Any, precondition: Callable[[Any, Any], None]) -> float:
-        """Rayleigh quotient in N/m after some improvements; no more of them once it is negative.
+        """Rayleigh quotient in N/m after some improvements; no more of them once it is negative or settled.
 
         Args:
             matrix: symmetric.
@@ -93,12 +95,13 @@ class LowestMode:
         """
         if self._mode is None:
             self._mode = self._start(matrix)
-        mode, directions = _pair(matrix, self._mode), list[Pair]()
+        mode, directions, before = _pair(matrix, self._mode), list[Pair](), np.inf
         for _ in range(STEPS):
             mode = _scaled(mode)
             quotient = mode[0].dot(mode[1])
-            if quotient < 0:
+            if quotient < 0 or quotient > (1 - SETTLED) * before:
                 break
+            before = quotient
             residual, downhill = mode[1].copy(), mode[1].duplicate()
             residual.axpy(-quotient, mode[0])
             precondition(residual, downhill)

@@ -9,10 +9,22 @@ from petsc4py import PETSc
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.linear_solver import LinearSolver
+from ncf_fenicsx.solver.modes import LowestMode
 from ncf_fenicsx.solver.multigrid import AggregateMultigrid, GridMultigrid, multigrid
 
 SOLID = {"laws": {"solid": {"modulus": "1 MPa", "poisson": 0.2}}, "gravity": "0 m/s^2"}
 BONDED = {"kind": "bonded"}
+COLUMN = SOLID | {
+    "stack": {
+        "layers": 1,
+        "size": ["60 mm", "2 mm"],
+        "divisions": [40, 2],
+        "grading": [0, 0],
+        "sides": {"x_min": "fixed", "y_max": "symmetry"},
+    },
+    "mould": {"kind": "plate", "clearance": "50 mm"},
+    "duration": "1 s",
+}
 
 
 def block(divisions):
@@ -27,6 +39,10 @@ def block(divisions):
         },
         "duration": "1 s",
     }
+
+
+def shorten(problem, strain):
+    problem.displacement.interpolate(lambda x: np.stack([-strain * x[0], 0 * x[0], 0 * x[0]]))
 
 
 def nodes(newton, problem):
@@ -167,21 +183,10 @@ def test_fibres_are_no_case_for_it(table):
 @BOTH
 def test_a_block_that_buckles_is_noticed(way):
     """A slender column that nothing holds from the side, pressed along its length."""
-    table = SOLID | {
-        "stack": {
-            "layers": 1,
-            "size": ["60 mm", "2 mm"],
-            "divisions": [40, 2],
-            "grading": [0, 0],
-            "sides": {"x_min": "fixed", "y_max": "symmetry"},
-        },
-        "mould": {"kind": "plate", "clearance": "50 mm"},
-        "duration": "1 s",
-    }
-    problem, newton = build(table)
+    problem, newton = build(COLUMN)
     negative = []
     for strain in (0.0, 0.05):
-        problem.displacement.interpolate(lambda x, strain=strain: np.stack([-strain * x[0], 0 * x[0], 0 * x[0]]))
+        shorten(problem, strain)
         matrix, many = newton.tangent.assemble(), way(newton, problem)
         many.factorise(matrix)
         whole = DirectFactors(newton.vector.comm, True)
@@ -189,3 +194,26 @@ def test_a_block_that_buckles_is_noticed(way):
         assert (whole.count_negative(matrix) > 0) == (strain > 0)
         negative.append(max(many.count_negative(matrix) for _ in range(8)))
     assert negative == [0, 1]
+
+
+@BOTH
+def test_buckling_is_noticed_in_the_step_it_comes_in_in_few_improvements(way):
+    problem, newton = build(COLUMN)
+    many, whole = way(newton, problem), DirectFactors(newton.vector.comm, True)
+    mode, improvements = LowestMode(newton._constrained), []
+
+    def precondition(residual, downhill):
+        improvements.append(residual.norm())
+        many.preconditioner.apply(residual, downhill)
+
+    found, buckled = [], []
+    for strain in np.linspace(0.0, 4e-4, 11):
+        shorten(problem, strain)
+        matrix = newton.tangent.assemble()
+        many.factorise(matrix)
+        whole.factorise(matrix)
+        buckled.append(whole.count_negative(matrix) > 0)
+        found.append(mode.curvature(matrix, precondition) < 0)
+    assert found == buckled
+    assert 1 < found.index(True) < 10
+    assert len(improvements) <= 3 * found.index(True)
