@@ -22,7 +22,7 @@ Integers = NDArray[np.int64]
 
 COARSE_ENOUGH = 800
 """Nodes whose factors cost next to nothing."""
-NEAR = 1.9
+NEAR = 2.1
 """Times the least distance of lines up to which those of an axis are as near to each other."""
 LEAST_SHARE = 1e-12
 """Share of a coarse node in the motion of a fine one that is more than round-off."""
