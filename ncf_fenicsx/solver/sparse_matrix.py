@@ -48,7 +48,6 @@ class SparseMatrix:
         size = self._own, columns.size_global
         self.petsc: Any = PETSc.Mat().createAIJWithArrays((size, size), parts, comm=comm)
         self.petsc.setBlockSize(space.dofmap.index_map_bs)
-        self.petsc.setOption(PETSc.Mat.Option.IGNORE_OFF_PROC_ENTRIES, False)
         self.petsc.setOption(PETSc.Mat.Option.NO_OFF_PROC_ENTRIES, False)
 
     def _inner(self, starts: Integers, numbers: NDArray[np.int32]) -> tuple[Any, Any, Floats]:
