@@ -69,6 +69,30 @@ def test_wrong_input_in_parallel_is_one_line_and_code_2(tmp_path):
     assert "Traceback" not in ended.stderr
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("run", "--ranks", "0"), "run: .*--ranks.*0.*; expected what .* run --help tells"),
+        (("run", "--rank", "2"), "run: .*--rank.*; expected what .* run --help tells"),
+        (("runs",), ".*'runs'.*; expected what .* --help tells"),
+        (("study", "stability", "--set"), ".*--set.*; expected what .*--help tells"),
+        (("check",), "check: .*SCENE.toml.*; expected what .* check --help tells"),
+    ],
+)
+def test_a_wrong_word_of_a_command_is_one_line_and_code_2(tmp_path, words, told):
+    ended = call(*words, folder=tmp_path)
+    assert ended.returncode == 2
+    assert not ended.stdout
+    assert re.fullmatch(f"ncf-fenicsx: {told}", ended.stderr.strip()), ended.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_word_at_all_is_the_help():
+    ended = call()
+    assert "calibrate" in ended.stdout + ended.stderr
+    assert "expected what" not in ended.stdout + ended.stderr
+
+
 ASCII = {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
 
 

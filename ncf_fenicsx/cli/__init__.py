@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from ncf_fenicsx.cli import many_runs, studies
+from ncf_fenicsx.cli.usage import call
 from ncf_fenicsx.errors import SceneError
 from ncf_fenicsx.output.safe_files import ResultError
 from ncf_fenicsx.scene import Scene
@@ -261,7 +262,7 @@ def main() -> None:
     try:
         for argument in sys.argv:
             argument.encode()  # DOLFINx does not start with one that the locale cannot read
-        app()
+        sys.exit(call(app))
     except SceneError as error:
         complain(str(error))
         sys.exit(BAD_INPUT)
