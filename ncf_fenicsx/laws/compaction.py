@@ -48,7 +48,7 @@ class CompactionLaw(Law):
 
     def first_guess(self, measured: Measured) -> Self:
         """The law whose first fitted number gives it the largest pressure that was measured."""
-        from scipy.optimize import brentq  # a fifth of the start of a program that does not calibrate
+        from scipy.optimize import brentq  # slow to load, and for calibration only
 
         names = self.fitted or tuple(name for name, value in self if isinstance(value, float))
         if not names:

@@ -56,7 +56,7 @@ class MonotoneCubic:
     @cached_property
     def slopes(self) -> list[float]:
         """Slopes at the nodes."""
-        from scipy.interpolate import PchipInterpolator  # a fifth of the start of a program whose scene has no table
+        from scipy.interpolate import PchipInterpolator  # slow to load, and for tables only
 
         x, y = np.array(self.x), np.array(self.y)
         if self.odd:

@@ -123,11 +123,11 @@ def create_vector(space: Any) -> Any:
 
 
 def create_matrix(space: Any, links: np.ndarray) -> Any:
-    """Matrix for integrals over the cells of one space, with entries for further pairs of nodes, one in memory each.
+    """Matrix for integrals over the cells of one space, with entries for further pairs of nodes, stored one by one.
 
     Args:
         space: of nodal fields.
-        links: global numbers of the nodes of rows and columns, shape (pairs, 2); nodes of other ranks are welcome.
+        links: global numbers of the nodes of rows and columns, shape (pairs, 2); they may belong to other ranks.
     """
     dofmap = space.dofmap
     comm, own = dofmap.index_map.comm, dofmap.index_map
@@ -142,9 +142,8 @@ def create_matrix(space: Any, links: np.ndarray) -> Any:
 
 
 def assemble_matrix(matrix: Any, form: Any, conditions: list[Any]) -> None:
-    """Add a compiled bilinear form to a matrix and sum over ranks; nothing to rows and columns of constrained dofs."""
-    none = 0.0  # else dofs that several conditions constrain get as many units on the diagonal
-    fem.assemble_matrix(matrix, form, conditions, none)
+    """Add a compiled bilinear form to a matrix and sum over ranks; constrained dofs get the rows of the unit matrix."""
+    fem.assemble_matrix(matrix, form, conditions)
     matrix.scatter_reverse()
 
 

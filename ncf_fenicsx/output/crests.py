@@ -123,10 +123,8 @@ def _highest(lift: Floats) -> float:
 
 def _peaks(line: _Line, floor: float) -> list[_Peak]:
     """The crests of a line whose height is above a floor (m)."""
-    from scipy.signal import (
-        find_peaks,
-        peak_prominences,
-    )  # half a second to load, for waves only
+    # half a second to load, for waves only
+    from scipy.signal import find_peaks, peak_prominences
 
     nodes = find_peaks(line.lift)[0]
     heights = peak_prominences(line.lift, nodes)[0]

@@ -62,7 +62,7 @@ class TangentMatrix:
         self.system = system
         self._entries: Any = None
         self._nodes = system.displacement.function_space.dofmap.index_map
-        self._constrained, self._free = constrained, self._unconstrained(constrained)
+        self._free = self._unconstrained(constrained)
         self._links: Integers = np.zeros(0, dtype=np.int64)
         self._pairings = -1
         self.follow_links()
@@ -98,8 +98,8 @@ class TangentMatrix:
         self._links = links
         if self._entries is not None:
             self._entries.destroy()
-        pairs_of_nodes = np.stack(np.divmod(links, self._nodes.size_global), axis=1)
-        self._entries = SparseMatrix(space, pairs_of_nodes, self._constrained)
+            self._entries = None  # its memory goes before that of the next one comes
+        self._entries = SparseMatrix(space, np.stack(np.divmod(links, self._nodes.size_global), axis=1))
         return True
 
     @property

@@ -1,7 +1,8 @@
 """Coarser and coarser grids of a stack whose nodes stand on the lines of a grid, for multigrid.
 
-From grid to grid every other line goes, along the axes whose lines are nearest to each other: what couples most is
-coarsened first, until elements are of one length in all directions, as smoothing one node after the other asks for.
+From grid to grid every other line goes, along the axis whose lines are nearest to each other and those whose lines are
+up to twice as far apart: what couples most is coarsened first, until lengths of elements differ by no more than a
+factor of two, as smoothing one node after the other asks for.
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ Integers = NDArray[np.int64]
 COARSE_ENOUGH = 800
 """Nodes whose factors cost next to nothing."""
 NEAR = 2.1
-"""Times the least distance of lines up to which those of an axis are as near to each other."""
+"""Times the least distance of lines up to which those of an axis go with them: two, and room for round-off.
+
+Equal lengths would need one more grid, half as large as the one before it, and hardly fewer Krylov steps.
+"""
 LEAST_SHARE = 1e-12
 """Share of a coarse node in the motion of a fine one that is more than round-off."""
 UPWARD = 2

@@ -17,75 +17,72 @@ Integers = NDArray[np.int64]
 class SparseMatrix:
     """Entries for integrals over the cells of a space and for further pairs of nodes; entries are never dropped.
 
-    On one rank, DOLFINx and PETSc have the same entries in memory. On several, the columns of other ranks stand apart
-    in PETSc, so that entries are copied.
+    On one rank, DOLFINx and PETSc have the same values in memory. On several, the columns of other ranks stand apart in
+    PETSc, so that values are copied.
 
     Args:
         space: of nodal fields.
-        links: global numbers of the nodes of rows and columns, shape (pairs, 2); nodes of other ranks are welcome.
-        constrained: this rank's owned dofs whose rows and columns are those of the unit matrix.
+        links: global numbers of the nodes of rows and columns, shape (pairs, 2); they may belong to other ranks.
 
     Attributes:
         petsc: PETSc's matrix, of blocks of three by three.
     """
 
-    def __init__(self, space: Any, links: Integers, constrained: Integers) -> None:
-        self._sums = compat.create_matrix(space, links)
-        columns = self._sums.index_map(1)
+    def __init__(self, space: Any, links: Integers) -> None:
+        self._summed = compat.create_matrix(space, links)
+        numbering = self._summed.index_map(1)
+        starts = self._summed.indptr[: numbering.size_local + 1]
+        columns, self._values = self._summed.indices[: starts[-1]], self._summed.data[: starts[-1]]
         comm = space.dofmap.index_map.comm  # that of PETSc's vectors: ranks free together what is on one communicator
-        self._own = columns.size_local
-        starts = self._sums.indptr[: self._own + 1]
-        numbers, self._values = self._sums.indices[: starts[-1]], self._sums.data[: starts[-1]]
-        rows = ((dof, slice(*starts[dof : dof + 2])) for dof in constrained)
-        self._units = [row.start + np.searchsorted(numbers[row], dof) for dof, row in rows]
-        self._copies: list[tuple[Floats, Floats]] = []
-        self._places: Integers = np.zeros(0, dtype=np.int64)
-        self._others: Floats = np.zeros(0)
+        self._runs: list[slice] = []
         if comm.size == 1:
-            parts: Any = _index(starts), _index(numbers), self._values
+            parts: Any = _index(starts), _index(columns), self._values
         else:
-            parts = self._inner(starts, numbers), self._outer(starts, numbers, columns)
-        size = self._own, columns.size_global
+            parts = self._apart(starts, columns, numbering)
+        size = numbering.size_local, numbering.size_global
         self.petsc: Any = PETSc.Mat().createAIJWithArrays((size, size), parts, comm=comm)
         self.petsc.setBlockSize(space.dofmap.index_map_bs)
-        self.petsc.setOption(PETSc.Mat.Option.NO_OFF_PROC_ENTRIES, False)
 
-    def _inner(self, starts: Integers, numbers: NDArray[np.int32]) -> tuple[Any, Any, Floats]:
-        """First entries of rows, columns and values of the block of own columns."""
-        inner = numbers < self._own
-        values, first = np.zeros(np.count_nonzero(inner)), 0
-        for start, end in np.flatnonzero(np.diff(inner, prepend=False, append=False)).reshape(-1, 2):
-            last = first + end - start
-            self._copies.append((values[first:last], self._values[start:end]))
-            first = last
-        return _index(_counted(inner)[starts]), _index(numbers[inner]), values
+    def _apart(self, starts: Integers, columns: NDArray[np.int32], numbering: Any) -> tuple[Any, Any]:
+        """First entries of rows, columns and values of the own columns, and of those of other ranks.
 
-    def _outer(self, starts: Integers, numbers: NDArray[np.int32], columns: Any) -> tuple[Any, Any, Floats]:
-        """The same of the columns of other ranks, by their global numbers, which PETSc takes in order."""
-        outer = numbers >= self._own
-        self._places = np.flatnonzero(outer)
-        rows, names = np.searchsorted(starts, self._places, side="right"), columns.local_to_global(numbers[outer])
-        order = np.lexsort((names, rows))
-        self._places, self._others = self._places[order], np.zeros(len(order))
-        return _index(_counted(outer)[starts]), _index(names[order]), self._others
+        Own ones are copied run by run: an index of each would take as much memory as the values. PETSc wants those of
+        other ranks in the order of their global numbers.
+        """
+        own = columns < numbering.size_local
+        ends = np.flatnonzero(np.diff(own, prepend=False, append=False)).reshape(-1, 2)
+        self._runs, self._inner = [slice(*pair) for pair in ends], np.zeros(np.count_nonzero(own))
+        inner = _index(_counted(own)[starts]), _index(columns[own]), self._inner
+        places = np.flatnonzero(~own)
+        rows, numbers = np.searchsorted(starts, places, side="right"), numbering.local_to_global(columns[places])
+        order = np.lexsort((numbers, rows))
+        self._places, self._outer = places[order], np.zeros(len(order))
+        return inner, (_index(_counted(~own)[starts]), _index(numbers[order]), self._outer)
 
     def assemble(self, form: Any, conditions: list[Any]) -> None:
-        """Take the values of a compiled bilinear form.
+        """Take the values of a compiled bilinear form; rows and columns of constrained dofs those of the unit matrix.
 
         Args:
-            form: over the cells of the space and their facets.
-            conditions: homogeneous Dirichlet conditions, which constrain the dofs.
+            form: over the cells of the space and their outer facets; DOLFINx does not check that its entries have room.
+            conditions: homogeneous Dirichlet conditions.
         """
-        self.petsc.zeroEntries()
-        self._sums.set_value(0.0)
-        compat.assemble_matrix(self._sums, form, conditions)
-        self._values[self._units] = 1.0
-        for values, sums in self._copies:
-            values[:] = sums
-        self._others[:] = self._values[self._places]
+        self.petsc.zeroEntries()  # so that PETSc knows, too, that they change
+        self._summed.set_value(0.0)
+        compat.assemble_matrix(self._summed, form, conditions)
+        if self._runs:
+            self._copy()
+
+    def _copy(self) -> None:
+        """Hand PETSc the values of this rank."""
+        first = 0
+        for run in self._runs:
+            last = first + run.stop - run.start
+            self._inner[first:last] = self._values[run]
+            first = last
+        self._outer[:] = self._values[self._places]
 
     def destroy(self) -> None:
-        """Free PETSc's memory, on all ranks together."""
+        """Free what PETSc has made of it, on all ranks together."""
         self.petsc.destroy()
 
 
@@ -95,5 +92,5 @@ def _index(numbers: NDArray[Any]) -> NDArray[Any]:
 
 
 def _counted(chosen: NDArray[np.bool_]) -> Integers:
-    """How many are chosen before each one, and of all."""
+    """How many are chosen before each place, and in all."""
     return np.concatenate([[0], np.cumsum(chosen)])

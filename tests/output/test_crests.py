@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from flat_grids import LENGTH, WIDTH, grid
 from scipy.optimize import brentq
+from scipy.signal import find_peaks, peak_prominences
 
 from ncf_fenicsx.output import wrinkles as waves
-from ncf_fenicsx.output.crests import Crest, highest_crest
+from ncf_fenicsx.output.crests import Crest, _highest, highest_crest
 
 pytestmark = pytest.mark.serial
 FLOOR = 1e-6
@@ -153,3 +154,13 @@ def test_flat_tilted_and_minute_faces_have_no_crest():
     noise = 0.4 * FLOOR * np.random.default_rng(1).uniform(-1, 1, len(positions))
     for lift in (np.zeros(len(positions)), 0.1 * positions[:, 0], noise):
         assert crest_of(positions, lift) == Crest()
+
+
+def test_no_crest_is_higher_than_the_bound_that_lines_are_left_out_by():
+    numbers = np.random.default_rng(0)
+    for _ in range(200):
+        lift = numbers.normal(size=numbers.integers(3, 30)).cumsum()
+        nodes = find_peaks(lift)[0]
+        assert peak_prominences(lift, nodes)[0].max(initial=0.0) <= _highest(lift) + 1e-12
+    assert _highest(np.array([0.0, 1.0, 3.0, 4.0])) == 0.0  # a slope
+    assert _highest(np.array([4.0, 1.0, 3.0])) == 0.0  # a trough

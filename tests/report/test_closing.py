@@ -61,15 +61,15 @@ def test_fields_that_cannot_be_read_cost_the_picture_alone(copied):
     assert (copied / "summary.png").read_bytes() == kept
 
 
-def test_a_run_without_pictures_loads_nothing_that_draws(tmp_path, table):
+def test_a_run_without_pictures_or_waves_loads_nothing_that_draws_or_searches_for_them(tmp_path, table):
     scene = Scene.from_table(table | {"solver": {"max_steps": 1}, "output": {"picture": False, "report": False}})
     (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
     program = (
         "import sys; from ncf_fenicsx import cli\n"
         "try: cli.main()\n"
-        "finally: print('loaded', 'matplotlib' in sys.modules)"
+        "finally: print('loaded', [name for name in ('matplotlib', 'scipy.signal', 'dask') if name in sys.modules])"
     )
-    for more, loaded in (([], False), (["--set", "output.picture=true"], True)):
+    for more, loaded in (([], []), (["--set", "output.picture=true"], ["matplotlib"])):
         command = ["run", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "run"), "--ranks", "1", "--overwrite"]
         ended = subprocess.run(
             [sys.executable, "-c", program, *command, *more], capture_output=True, text=True, check=False

@@ -5,7 +5,7 @@ import pytest
 from assembled import COMM
 from petsc4py import PETSc
 
-from ncf_fenicsx.solver.grid_levels import Axis, grid_of, motions_of_grids
+from ncf_fenicsx.solver.grid_levels import Axis, Grid, grid_of, motions_of_grids
 
 X = np.array([0.0, 1, 2, 4, 7, 11, 16, 22, 29, 37]) * 1e-3
 Y = np.linspace(0.0, 60e-3, 10)
@@ -90,6 +90,14 @@ def test_lines_that_are_near_go_first():
     assert counts[0] == (10, 10, 15)
     assert counts[1][:2] == (10, 10)  # half a millimetre through, and 1 to 8 mm along
     assert counts[1][2] == 5 + 4
+
+
+def test_lines_up_to_twice_as_far_apart_go_with_the_nearest():
+    spacings, lines = (1.0, 2.0, 5.0), np.arange(13.0)
+    axes = tuple(Axis(spacing * lines, np.zeros(13, dtype=np.int64)) for spacing in spacings)
+    numbers = np.arange(13**3).reshape(13, 13, 13)
+    grid = Grid(axes, numbers, np.array([0, 13**3]), np.ones((13**3, 3), dtype=bool))
+    assert [len(lines) for lines in grid.kept()] == [7, 7, 13]
 
 
 def test_each_node_stays_with_its_rank():

@@ -5,6 +5,7 @@ import pytest
 from assembled import build, run_with_factors
 from dolfinx.fem.petsc import assemble_matrix
 from petsc4py import PETSc
+from slepc4py import SLEPc
 
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.solver.direct_factors import DirectFactors
@@ -217,3 +218,29 @@ def test_buckling_is_noticed_in_the_step_it_comes_in_in_few_improvements(way):
     assert found == buckled
     assert 1 < found.index(True) < 10
     assert len(improvements) <= 3 * found.index(True)
+
+
+@BOTH
+def test_a_mode_that_falls_below_the_one_that_was_followed_is_found_at_once(way):
+    problem, newton = build(COLUMN)
+    shorten(problem, 2e-4)
+    matrix, many = newton.tangent.assemble(), way(newton, problem)
+    many.factorise(matrix)
+    stiff = matrix.copy()
+    stiff.shift(1.0)  # so that no mode of it is of negative stiffness
+    solver = SLEPc.EPS().create(matrix.comm)
+    solver.setOperators(stiff)
+    solver.setProblemType(SLEPc.EPS.ProblemType.HEP)
+    solver.setDimensions(2)
+    solver.setTolerances(1e-12)
+    solver.getST().setType("sinvert")
+    solver.setTarget(0.0)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    solver.getST().getKSP().getPC().setFactorSolverType("mumps")
+    solver.solve()
+    lowest, second = (solver.getEigenvalue(number).real - 1.0 for number in range(2))
+    assert lowest < 0 < second
+    mode = LowestMode(newton._constrained)
+    mode._mode = matrix.createVecRight()
+    solver.getEigenvector(1, mode._mode)
+    assert mode.curvature(matrix, many.preconditioner.apply) < 0
