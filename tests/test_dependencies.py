@@ -23,6 +23,7 @@ MODULES = {
     "fenics-dolfinx": {"dolfinx", "basix", "ufl"},
     "pydantic": {"pydantic", "pydantic_core"},
     "matplotlib": {"matplotlib", "mpl_toolkits"},
+    "typer": {"typer", "click"},
 }
 """What is imported from a dependency under other names than its own."""
 CONDA = {"gmsh": "python-gmsh"}
