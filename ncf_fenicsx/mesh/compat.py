@@ -141,12 +141,6 @@ def create_matrix(space: Any, links: np.ndarray) -> Any:
     return la.matrix_csr(pattern, la.BlockMode.expanded)
 
 
-def assemble_matrix(matrix: Any, form: Any, conditions: list[Any]) -> None:
-    """Add a compiled bilinear form to a matrix and sum over ranks; constrained dofs get the rows of the unit matrix."""
-    fem.assemble_matrix(matrix, form, conditions)
-    matrix.scatter_reverse()
-
-
 def _with_ghosts(own: Any, numbers: np.ndarray) -> tuple[Any, np.ndarray]:
     """Index map with ghosts for all global numbers, its own local numbers unchanged; and the local ones of those."""
     comm = own.comm

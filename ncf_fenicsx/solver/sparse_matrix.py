@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from dolfinx import fem
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -68,7 +69,8 @@ class SparseMatrix:
         """
         self.petsc.zeroEntries()  # so that PETSc knows, too, that they change
         self._summed.set_value(0.0)
-        compat.assemble_matrix(self._summed, form, conditions)
+        fem.assemble_matrix(self._summed, form, conditions)
+        self._summed.scatter_reverse()
         if self._runs:
             self._copy()
 
