@@ -1,16 +1,15 @@
-"""Factors of the parts of a stack: all heights together, and each layer by itself.
+"""Factors of the parts of a stack: all heights together, what the layers do alike, and each layer by itself.
 
 What couples layers are contact forces, which act on heights; what makes a layer stiff are its fibres, which act within
-it. So an approximate solution first lets all heights of the stack follow the load, then what all layers do alike, then
-each layer in turn, from the bottom up, all of its displacements. GMRES makes it exact. A layer of one element has a
+it. So an approximate solution first lets all heights of the stack follow the load, then what all layers do alike, where
+that is worth its time, then each layer all of its displacements. GMRES makes it exact. A layer of one element has a
 fourth of the unknowns of four layers, and the factors of a column of elements grow with the square of its unknowns: for
-four layers the parts take about a third of the memory of factors of the whole, and a tenth of the work. From one
-correction to the next it is contact that changes: factors of layers are kept, those of the heights are always new.
+four layers the parts take about a third of the memory of factors of the whole, and a tenth of the work.
 """
 
 from __future__ import annotations
 
-from itertools import pairwise
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,9 @@ from ncf_fenicsx.solver.modes import LowestMode
 
 HEIGHTS = 0
 """Number of the part that all heights are; those of the layers follow."""
+ALONE = 9
+"""Applications for one correction up to which heights and layers do without the columns: their factors cost as much
+as some Krylov steps."""
 
 
 class LayerFactors:
@@ -35,14 +37,13 @@ class LayerFactors:
         sublaminates: layer of each of this rank's owned nodes; layers that share nodes count as one.
         first: global number of its first dof.
         constrained: its owned dofs whose displacement is given.
+        kept: whether factors of layers are kept from correction to correction.
 
     Attributes:
         preconditioner: PETSc's, that applies them.
     """
 
     exact, has_pivots, cheap = False, True, False
-    rough = 1e-4  # 1e-3 leaves fibres strained by what stays of it: iterations go from 20 to 96 on some meshes
-    tolerance = 1e-5  # they hardly show what changes slowly from layer to layer
 
     def __init__(
         self,
@@ -52,18 +53,23 @@ class LayerFactors:
         sublaminates: NDArray[np.int64],
         first: int,
         constrained: NDArray[np.int32],
+        kept: bool = True,
     ) -> None:
+        # Kept: 1e-3 leaves fibres strained by what stays of it, iterations go from 20 to 60 on some meshes. New ones
+        # need one step more, and corrections as good as exact take the fewest iterations where stability is lost.
+        self.rough, self.tolerance = (1e-4, 1e-5) if kept else (1e-6, 1e-6)
         layers = max(comm.tompi4py().allgather(int(sublaminates.max(initial=0)))) + 1
         dofs = first + np.arange(3 * len(sublaminates)).reshape(-1, 3)
 
         def part(numbers: NDArray[np.int64]) -> Any:
             return PETSc.IS().createGeneral(numbers.ravel().astype(PETSc.IntType), comm)
 
-        self._layers = [part(dofs[sublaminates == sublaminate]) for sublaminate in range(layers)]
-        self._kinds = [part(dofs[:, 2]), *self._layers]
+        self._kinds = [part(dofs[:, 2]), *(part(dofs[sublaminates == layer]) for layer in range(layers))]
         self._factors = [DirectFactors(comm, symmetric, "ncf_part_") for _ in self._kinds]
-        space = motions_of_columns(comm, positions, sublaminates, layers, constrained)
-        self._columns = ColumnMotions(symmetric, space) if space else None
+        self._symmetric = symmetric
+        self._columns: ColumnMotions | None = None
+        self._motions_of_columns = partial(motions_of_columns, comm, positions, sublaminates, layers, constrained)
+        self._applied, self._alone = 0, True
         self._matrix: Any = None
         self._mode, self._motions = LowestMode(constrained), list[Any]()
         self._residual: Any = None
@@ -74,28 +80,33 @@ class LayerFactors:
 
     def _drop_blocks(self) -> None:
         self._blocks: list[Any] = [None] * len(self._kinds)
-        self._links: list[Any] = [None] * (len(self._layers) - 1)
 
     def factorise(self, matrix: Any) -> int:
         """Factors of all parts of a matrix; PETSc's reason why there are none, 0 if there are."""
-        return self._factorise(matrix, list(range(len(self._kinds))))
+        failed = self._factorise(matrix, list(range(len(self._kinds))))
+        return max(failed, self._columns.factorise(matrix) if self._columns else 0)
 
     def renew(self, matrix: Any) -> int:
-        """Factors of the heights and the columns, which contact changes; fibres hardly stiffen from step to step."""
+        """Factors of the heights, which contact acts on; fibres and columns hardly stiffen from step to step."""
         return self._factorise(matrix, [HEIGHTS])
 
     def _factorise(self, matrix: Any, parts: list[int]) -> int:
+        joins, self._applied = self._alone and self._applied > ALONE, 0
         self._matrix = matrix
         self.preconditioner.setOperators(matrix)
         for number in parts:
             kind = self._kinds[number]
             self._blocks[number] = matrix.createSubMatrix(kind, kind, self._blocks[number])
-        links = zip(pairwise(self._layers), self._links, strict=True)
-        self._links = [matrix.createSubMatrix(above, below, link) for (below, above), link in links]
         if self._residual is None:  # kept: what is dropped on several ranks is not freed at once
             self._residual, self._motions = matrix.createVecRight(), [block.createVecRight() for block in self._blocks]
         failed = [self._factors[number].factorise(self._blocks[number]) for number in parts]
-        return max(*failed, self._columns.factorise(matrix) if self._columns else 0)
+        return max(*failed, self.join_columns(matrix) if joins else 0)
+
+    def join_columns(self, matrix: Any) -> int:
+        """Let what all layers do alike follow the load, too; PETSc's reason why not, 0 if so."""
+        space, self._alone = self._motions_of_columns(), False
+        self._columns = ColumnMotions(self._symmetric, space) if space else None
+        return self._columns.factorise(matrix) if self._columns else 0
 
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
@@ -106,31 +117,27 @@ class LayerFactors:
         self._drop_blocks()
 
     def apply(self, preconditioner: Any, b: Any, x: Any) -> None:
-        """All heights, the columns, then each layer: each follows what the ones before it leave of the load."""
+        """All heights, the columns, then the layers: each follows what the ones before it leave of the load."""
         del preconditioner
-        residual = self._residual
-        b.copy(residual)
+        self._applied += 1
         x.set(0.0)
-        self._follow(HEIGHTS, residual, x)
+        self._follow(HEIGHTS, b, x)
         self._leave(b, x)
         if self._columns:
-            self._columns.follow(residual, x)
+            self._columns.follow(self._residual, x)
             self._leave(b, x)
-        for number, link in enumerate([None, *self._links], HEIGHTS + 1):
-            self._follow(number, residual, x, link)
+        for layer in range(HEIGHTS + 1, len(self._kinds)):
+            self._follow(layer, self._residual, x)
 
     def _leave(self, b: Any, x: Any) -> None:
         """What a displacement x leaves of the load b."""
         self._matrix.mult(x, self._residual)
         self._residual.aypx(-1.0, b)
 
-    def _follow(self, number: int, b: Any, x: Any, link: Any = None) -> None:
-        """Add to x how a part follows the load b, less what the motion of the one before links to it."""
+    def _follow(self, number: int, b: Any, x: Any) -> None:
+        """Add to x how a part follows the load b."""
         part, motion = self._kinds[number], self._motions[number]
         load, total = b.getSubVector(part), x.getSubVector(part)
-        if link is not None:
-            link.mult(self._motions[number - 1], motion)
-            load.axpy(-1.0, motion)
         self._factors[number].solve(load, motion)
         total.axpy(1.0, motion)
         b.restoreSubVector(part, load)
@@ -144,4 +151,6 @@ class LayerFactors:
         most = max(factors.count_negative(block) for factors, block in zip(self._factors, self._blocks, strict=True))
         if most:
             return most
-        return int(self._mode.curvature(matrix, self.preconditioner.apply) < 0)
+        found = self._mode.curvature(matrix, self.preconditioner.apply) < 0
+        self._applied = 0  # for no correction
+        return int(found)

@@ -70,7 +70,7 @@ class Newton:
         keeps = settings.factors in ("kept", "layers", "multigrid") or (
             settings.factors == "automatic" and self.vector.getSize() >= LARGE
         )
-        self.linear = LinearSolver(self._factors(), keeps)
+        self.linear = LinearSolver(self._factors(keeps), keeps)
         self.snes = self._snes()
         self.tangent = TangentMatrix(system, self._constrained)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -198,15 +198,15 @@ class Newton:
         snes.setFromOptions()
         return snes
 
-    def _factors(self) -> Factors:
+    def _factors(self, keeps: bool) -> Factors:
         comm, symmetric, way = self.vector.comm, self.system.symmetric, self.settings.factors
-        if way not in ("layers", "multigrid"):
+        if way not in ("layers", "new_layers", "multigrid"):
             return DirectFactors(comm, symmetric)
         first, last = self.vector.getOwnershipRange()
         positions = self.system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
         if way == "multigrid":
             return multigrid(comm, positions, self.system.sublaminates, self._constrained)
-        return LayerFactors(comm, symmetric, positions, self.system.sublaminates, first, self._constrained)
+        return LayerFactors(comm, symmetric, positions, self.system.sublaminates, first, self._constrained, keeps)
 
     @property
     def _in_trust_region(self) -> bool:
