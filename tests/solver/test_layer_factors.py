@@ -158,6 +158,24 @@ def test_columns_move_and_turn_alike_or_in_proportion_to_the_height(table):
     assert moved.array == pytest.approx(expected)
 
 
+@pytest.mark.two_ranks
+def test_every_other_line_of_columns_leaves_what_is_linear_between_them(table, monkeypatch):
+    monkeypatch.setattr("ncf_fenicsx.solver.column_motions.LEAST_LINES", 1)
+    monkeypatch.setattr("ncf_fenicsx.solver.column_motions.APART", 2)
+    newton, _, factors = columns_of(table)
+    space, moved = factors._columns._space, newton.unknown.duplicate()
+    points = newton.system.displacement.function_space.tabulate_dof_coordinates()[: len(moved.array) // 3]
+    lines = np.unique(np.concatenate(MPI.COMM_WORLD.allgather(points[:, 0])).round(9))
+    assert (len(lines), space.getSize()[1]) == (7, 10 * 4 * 2)
+    motion = space.createVecRight()
+    numbers = np.arange(*motion.getOwnershipRange())
+    motion.array[:] = np.where(numbers % 10 == 2, lines[::2][numbers // 20], 0.0)  # heights, two lines along y
+    space.mult(motion, moved)
+    expected = np.stack([0 * points[:, 0], 0 * points[:, 0], points[:, 0]], axis=1).ravel()
+    expected[newton._constrained] = 0.0
+    assert moved.array == pytest.approx(expected, abs=1e-8)
+
+
 def test_columns_solve_for_a_motion_of_their_own(table):
     newton, matrix, factors = columns_of(table)
     space, wanted, load = factors._columns._space, newton.unknown.duplicate(), newton.unknown.duplicate()
