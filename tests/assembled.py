@@ -12,6 +12,7 @@ from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.simulation.step import AT_REST
 from ncf_fenicsx.solver import Newton
+from ncf_fenicsx.solver.layer_factors import LayerFactors
 from ncf_fenicsx.solver.timing import Phases
 
 COMM = MPI.COMM_WORLD
@@ -81,3 +82,22 @@ def forces(form):
     vector.scatter_reverse(la.InsertMode.add)
     vector.scatter_forward()
     return vector.array.reshape(-1, 3).copy()
+
+
+def layer_factors(newton, kept=True):
+    system, (first, last) = newton.system, newton.vector.getOwnershipRange()
+    positions = system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
+    layers = system.sublaminates
+    return LayerFactors(newton.vector.comm, system.symmetric, positions, layers, first, newton._constrained, kept)
+
+
+def tangent_of(table):
+    """The tangent where some of the layers touch, and a load whose solution is known."""
+    problem, newton = build(table)
+    assign(problem, bumpy)
+    matrix = newton.tangent.assemble()
+    wanted, load = newton.unknown.duplicate(), newton.unknown.duplicate()
+    wanted.array[:] = problem.displacement.x.array[: wanted.getLocalSize()]
+    wanted.array[newton._constrained] = 0.0
+    matrix.mult(wanted, load)
+    return newton, matrix, wanted, load

@@ -2,8 +2,8 @@
 
 Layers in contact bend together: all nodes of a column move alike, and the layers turn alike, or a little more from
 layer to layer, as where the stack is pressed on one side. No layer by itself shows how soft that is, nor do all heights
-without the turns. What is soft is smooth: the motions of some columns do, linear between them. These are few unknowns,
-so their factors cost next to nothing.
+without the turns. What is soft is smooth: the motions of some columns do on fine meshes, linear between them. These
+are few unknowns then, and their factors cost next to nothing.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from ncf_fenicsx.grid_lines import grid_lines, places
+from ncf_fenicsx.grid_lines import grid_lines
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.galerkin import galerkin
-from ncf_fenicsx.solver.grid_levels import LEAST_SHARE, Axis
+from ncf_fenicsx.solver.grid_levels import LEAST_SHARE, between
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -26,8 +26,8 @@ Integers = NDArray[np.int64]
 MOTIONS = 10
 """Of a column: three displacements and two turns, each alike through the stack, and in proportion to the height in it.
 
-The latter halve the Krylov steps, all five together: with fewer of them, or without the thickness that changes, they
-are a tenth less.
+The latter take a third to a half of the Krylov steps away, all five together; some of them, or without the thickness
+that changes, hardly any.
 """
 AXES, ORDER = np.array([0, 0, 0, 0, 1, 1, 1, 1, 2, 2]), np.array([0, 3, 5, 8, 1, 4, 6, 9, 2, 7])
 """Axis along which each of them displaces nodes, and its place among those of a column."""
@@ -80,54 +80,52 @@ def motions_of_columns(
         constrained: owned dofs whose displacement is given.
 
     Returns:
-        None where nodes of the layers do not stand above each other, so that there are no columns.
+        None where nodes of the layers do not all stand above each other, so that there are no columns.
     """
     ranks = comm.tompi4py()
-    columns, shares, taken, count = _columns(ranks, positions[:, :2])
-    if ranks.allreduce(len(positions)) < 2 * layers * count:
+    found = _columns(ranks, positions[:, :2], sublaminates, layers)
+    if found is None:
         return None
-    one, none = np.ones(len(positions)), np.zeros_like(sublaminates)
-    within, through = (
-        _relative(ranks, positions[:, 2], sublaminates, layers),
-        _relative(ranks, positions[:, 2], none, 1),
-    )
+    columns, shares, taken = found
+    one, stack = np.ones(len(positions)), np.zeros_like(sublaminates)
+    within = _relative(ranks, positions[:, 2], sublaminates, layers)
+    through = _relative(ranks, positions[:, 2], stack, 1)
     turns = [one, within, through, within * through]
     motions = np.stack([*turns, *turns, one, through], axis=1)
     return _matrix(comm, MOTIONS * columns, shares, MOTIONS * taken, motions, constrained)
 
 
-def _columns(ranks: MPI.Comm, plan: Floats) -> tuple[Integers, Floats, int, int]:
-    """Columns taken that each owned node stands between, and its shares in them, both (nodes, 4); how many; of all.
+def _columns(ranks: MPI.Comm, plan: Floats, sublaminates: Integers, layers: int) -> tuple[Integers, Floats, int] | None:
+    """Columns taken that each owned node stands between, and its shares in them, both (nodes, 4), and how many.
 
     Where columns do not stand at all crossings of their lines along x and y, each is taken: both are (nodes, 1) then.
+    None where one of them lacks a layer: its motions would not be independent.
     """
-    parts = ranks.allgather(plan)
-    first = sum(len(part) for part in parts[: ranks.rank])
-    own, everywhere = slice(first, first + len(plan)), np.concatenate(parts)
+    before = sum(ranks.allgather(len(plan))[: ranks.rank])
+    own, everywhere = slice(before, before + len(plan)), np.concatenate(ranks.allgather(plan))
     extent = float(np.ptp(everywhere, axis=0).max())
-    column = places(everywhere, extent)
-    count = int(column.max()) + 1
     lines, numbers = zip(*(grid_lines(along, extent) for along in everywhere.T), strict=True)
-    if count < len(lines[0]) * len(lines[1]):
-        return column[own, None], np.ones((len(plan), 1)), count, count
-    kept = [_some(len(along)) for along in lines]
-    (x, x_share), (y, y_share) = (
-        (between[number[own]], share[number[own]])
-        for number, (between, share) in zip(numbers, map(_between, lines, kept), strict=True)
+    shape = [len(along) for along in lines]
+    crossings, column = np.unique(np.ravel_multi_index(numbers, shape), return_inverse=True)
+    nodes = np.bincount(layers * column + np.concatenate(ranks.allgather(sublaminates)))
+    if len(nodes) < layers * len(crossings) or nodes.min() < 2:
+        return None
+    if len(crossings) < shape[0] * shape[1]:
+        return column[own, None], np.ones((len(plan), 1)), len(crossings)
+    kept = [_some(count) for count in shape]
+    (x, x_shares), (y, y_shares) = (
+        [of_lines[number[own]] for of_lines in between(along, some)]
+        for number, along, some in zip(numbers, lines, kept, strict=True)
     )
-    columns = (len(kept[1]) * x[:, :, None] + y[:, None, :]).reshape(-1, 4)
-    return columns, (x_share[:, :, None] * y_share[:, None, :]).reshape(-1, 4), len(kept[0]) * len(kept[1]), count
+    columns = len(kept[1]) * x[:, :, None] + y[:, None, :]
+    shares = x_shares[:, :, None] * y_shares[:, None, :]
+    return columns.reshape(-1, 4), shares.reshape(-1, 4), len(kept[0]) * len(kept[1])
 
 
 def _some(lines: int) -> Integers:
     """Numbers of the lines that are taken, the first and the last among them."""
     apart = min(max(lines // LEAST_LINES, 1), APART)
     return np.unique(np.append(np.arange(0, lines, apart), lines - 1))
-
-
-def _between(lines: Floats, kept: Integers) -> tuple[Integers, Floats]:
-    """The kept lines that each one lies between, and its shares in them."""
-    return Axis(lines, np.zeros_like(lines, dtype=np.int64)).between(kept)
 
 
 def _relative(ranks: MPI.Comm, heights: Floats, bodies: Integers, count: int) -> Floats:
@@ -141,21 +139,21 @@ def _relative(ranks: MPI.Comm, heights: Floats, bodies: Integers, count: int) ->
 
 
 def _matrix(
-    comm: Any, first: Integers, shares: Floats, width: int, motions: Floats, constrained: NDArray[np.int32]
+    comm: Any, starts: Integers, shares: Floats, width: int, motions: Floats, constrained: NDArray[np.int32]
 ) -> Any:
     """A matrix for displacements of nodes: three rows of each.
 
     Args:
         comm: ranks that share the nodes.
-        first: number of the first motion of the columns that each node stands between, shape (nodes, columns).
+        starts: number of the first motion of the columns that each node stands between, shape (nodes, columns).
         shares: of the node in them, of the same shape.
         width: number of all motions.
         motions: displacement of the node by each of a column's, those of u, v and w in turn, shape (nodes, MOTIONS).
         constrained: dofs whose displacement is given: nothing there.
     """
-    numbers = first[:, None, :] + ORDER[:, None]
+    numbers = starts[:, None, :] + ORDER[:, None]
     values = motions[:, :, None] * shares[:, None, :]
-    values *= ~np.isin(np.arange(3 * len(first)), constrained).reshape(-1, 3)[:, AXES, None]
+    values *= ~np.isin(np.arange(3 * len(starts)), constrained).reshape(-1, 3)[:, AXES, None]
     share = np.broadcast_to(shares[:, None, :] > LEAST_SHARE, values.shape)
     lengths = share.sum(axis=(1, 2))[:, None] // MOTIONS * np.bincount(AXES)
     ends = np.append(0, np.cumsum(lengths))

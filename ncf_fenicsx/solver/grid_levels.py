@@ -34,6 +34,22 @@ UPWARD = 2
 """Axis along which bodies lie above each other."""
 
 
+def between(places: Floats, kept: Integers) -> tuple[Integers, Floats]:
+    """The kept lines that each line of an axis lies between, and its shares in them, both of shape (lines, 2).
+
+    Args:
+        places: of the lines in m, ascending.
+        kept: numbers of some of them, the first and the last included.
+    """
+    numbers = np.arange(len(places))
+    below = np.searchsorted(kept, numbers, side="right") - 1
+    above = np.searchsorted(kept, numbers)
+    start, end = places[kept[below]], places[kept[above]]
+    length = np.where(above > below, end - start, 1.0)
+    share = (places - start) / length
+    return np.stack([below, above], axis=1), np.stack([1.0 - share, share], axis=1)
+
+
 @dataclass(frozen=True)
 class Axis:
     """Lines of a grid along one axis.
@@ -59,16 +75,6 @@ class Axis:
         starts = np.searchsorted(self.parts, self.parts)
         lasts = np.searchsorted(self.parts, self.parts, side="right") - 1
         return np.flatnonzero(((numbers - starts) % 2 == 0) | (numbers == lasts))
-
-    def between(self, kept: Integers) -> tuple[Integers, Floats]:
-        """The lines of the kept ones that each line lies between, and their shares in it; both (lines, 2)."""
-        numbers = np.arange(len(self.places))
-        below = np.searchsorted(kept, numbers, side="right") - 1
-        above = np.searchsorted(kept, numbers)
-        start, end = self.places[kept[below]], self.places[kept[above]]
-        length = np.where(above > below, end - start, 1.0)
-        share = (self.places - start) / length
-        return np.stack([below, above], axis=1), np.stack([1.0 - share, share], axis=1)
 
 
 @dataclass(frozen=True)
@@ -112,7 +118,7 @@ class Grid:
         """Coarse nodes that own nodes lie between, and their shares in them; both (nodes, 8), some shares none."""
         place = np.argsort(self.numbers.ravel())[own]
         crossings = np.unravel_index(place, self.numbers.shape)
-        ends = [axis.between(lines) for axis, lines in zip(self.axes, kept, strict=True)]
+        ends = [between(axis.places, lines) for axis, lines in zip(self.axes, kept, strict=True)]
         lines = [found[at] for (found, _), at in zip(ends, crossings, strict=True)]
         along = [share[at] for (_, share), at in zip(ends, crossings, strict=True)]
         corners = list(np.ndindex(2, 2, 2))

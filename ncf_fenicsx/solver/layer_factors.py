@@ -23,8 +23,8 @@ from ncf_fenicsx.solver.modes import LowestMode
 HEIGHTS = 0
 """Number of the part that all heights are; those of the layers follow."""
 ALONE = 9
-"""Applications for one correction up to which heights and layers do without the columns: their factors cost as much
-as some Krylov steps."""
+"""Applications between two factorisations, of a correction, up to which heights and layers do without the columns:
+their factors cost as much as some Krylov steps on coarse meshes."""
 
 
 class LayerFactors:
@@ -83,11 +83,10 @@ class LayerFactors:
 
     def factorise(self, matrix: Any) -> int:
         """Factors of all parts of a matrix; PETSc's reason why there are none, 0 if there are."""
-        failed = self._factorise(matrix, list(range(len(self._kinds))))
-        return max(failed, self._columns.factorise(matrix) if self._columns else 0)
+        return self._factorise(matrix, list(range(len(self._kinds))))
 
     def renew(self, matrix: Any) -> int:
-        """Factors of the heights, which contact acts on; fibres and columns hardly stiffen from step to step."""
+        """Factors of the heights, which contact acts on, and of columns that join now; others are of an earlier one."""
         return self._factorise(matrix, [HEIGHTS])
 
     def _factorise(self, matrix: Any, parts: list[int]) -> int:
@@ -100,13 +99,16 @@ class LayerFactors:
         if self._residual is None:  # kept: what is dropped on several ranks is not freed at once
             self._residual, self._motions = matrix.createVecRight(), [block.createVecRight() for block in self._blocks]
         failed = [self._factors[number].factorise(self._blocks[number]) for number in parts]
-        return max(*failed, self.join_columns(matrix) if joins else 0)
+        if joins:
+            self.join_columns()
+        if self._columns and (joins or len(parts) > 1) and self._columns.factorise(matrix):
+            self._columns = None  # the others do without them
+        return max(failed)
 
-    def join_columns(self, matrix: Any) -> int:
-        """Let what all layers do alike follow the load, too; PETSc's reason why not, 0 if so."""
+    def join_columns(self) -> None:
+        """Let what all layers do alike follow the load, too, from the next factors of all parts on."""
         space, self._alone = self._motions_of_columns(), False
         self._columns = ColumnMotions(self._symmetric, space) if space else None
-        return self._columns.factorise(matrix) if self._columns else 0
 
     def forget(self) -> None:
         """Forget all, the order of elimination included."""
@@ -117,7 +119,7 @@ class LayerFactors:
         self._drop_blocks()
 
     def apply(self, preconditioner: Any, b: Any, x: Any) -> None:
-        """All heights, the columns, then the layers: each follows what the ones before it leave of the load."""
+        """All heights, then the columns, then the layers side by side follow what is left of the load."""
         del preconditioner
         self._applied += 1
         x.set(0.0)
@@ -151,6 +153,7 @@ class LayerFactors:
         most = max(factors.count_negative(block) for factors, block in zip(self._factors, self._blocks, strict=True))
         if most:
             return most
+        applied = self._applied
         found = self._mode.curvature(matrix, self.preconditioner.apply) < 0
-        self._applied = 0  # for no correction
+        self._applied = applied  # the search is no correction
         return int(found)

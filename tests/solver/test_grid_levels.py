@@ -5,7 +5,7 @@ import pytest
 from assembled import COMM
 from petsc4py import PETSc
 
-from ncf_fenicsx.solver.grid_levels import Axis, Grid, grid_of, motions_of_grids
+from ncf_fenicsx.solver.grid_levels import Axis, Grid, between, grid_of, motions_of_grids
 
 X = np.array([0.0, 1, 2, 4, 7, 11, 16, 22, 29, 37]) * 1e-3
 Y = np.linspace(0.0, 60e-3, 10)
@@ -112,10 +112,10 @@ def test_each_node_stays_with_its_rank():
 def test_every_other_line_and_the_last_one_of_each_body():
     axis = Axis(np.array([0.0, 1, 2, 3, 3, 4, 5]), np.array([0, 0, 0, 0, 1, 1, 1]))
     assert axis.kept.tolist() == [0, 2, 3, 4, 6]
-    between, shares = axis.between(axis.kept)
-    assert between[1].tolist() == [0, 1]
+    ends, shares = between(axis.places, axis.kept)
+    assert ends[1].tolist() == [0, 1]
     assert shares[1].tolist() == [0.5, 0.5]
-    assert between[5].tolist() == [3, 4]
+    assert ends[5].tolist() == [3, 4]
 
 
 @pytest.mark.parametrize("change", ["no order", "shifted", "missing", "twice"])
