@@ -84,11 +84,11 @@ def forces(form):
     return vector.array.reshape(-1, 3).copy()
 
 
-def layer_factors(newton, kept=True):
+def layer_factors(newton):
     system, (first, last) = newton.system, newton.vector.getOwnershipRange()
     positions = system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
     layers = system.sublaminates
-    return LayerFactors(newton.vector.comm, system.symmetric, positions, layers, first, newton._constrained, kept)
+    return LayerFactors(newton.vector.comm, system.symmetric, positions, layers, first, newton._constrained)
 
 
 def tangent_of(table):

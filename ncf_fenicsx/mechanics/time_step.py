@@ -33,6 +33,7 @@ class Outcome:
             stability. None with LU.
         time_error: estimated local error in time over the largest pressure so far; 0 where laws do not follow time.
         too_long: whether the step failed by that error alone: its solution held.
+        wandered: whether the step failed because its corrections did not get smaller.
     """
 
     converged: bool
@@ -42,6 +43,7 @@ class Outcome:
     negative_pivots: int | None = None
     time_error: float = 0.0
     too_long: bool = False
+    wandered: bool = False
 
     def followed_by(self, later: Outcome) -> Outcome:
         """This solve and one after it, as one."""
@@ -56,11 +58,15 @@ class Effort:
         patience: factor on the iterations after which to give up.
         force_tolerance: force out of balance over the support force that is allowed at most.
         polishes: whether a balanced state is corrected once more, down to round-off.
+        may_wander: whether corrections that do not get smaller are followed to the last.
+        must_shrink: whether the first one that is larger than the one before, in the same contact, is one too many.
     """
 
     patience: float = 1.0
     force_tolerance: float = 1.0
     polishes: bool = False
+    may_wander: bool = True
+    must_shrink: bool = False
 
 
 USUAL = Effort()

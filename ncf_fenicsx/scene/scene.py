@@ -108,8 +108,8 @@ class Scene(Settings):
     @model_validator(mode="after")
     def _layers_can_be_told_apart(self) -> Self:
         factors = self.solver.factors
-        if factors in ("layers", "new_layers") and not any(isinstance(way, OneSided) for way in self.interfaces):
-            raise impossible("solver.factors", factors, "expected layers that may part, for factors of each")
+        if factors == "layers" and not any(isinstance(way, OneSided) for way in self.interfaces):
+            raise impossible("solver.factors", "layers", "expected layers that may part, for factors of each")
         if factors == "multigrid" and (self.laws.solid is None or not self.symmetric):
             raise impossible("solver.factors", "multigrid", "expected laws.solid, and contact with a symmetric tangent")
         return self

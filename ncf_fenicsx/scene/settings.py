@@ -51,11 +51,11 @@ class Solver(Settings):
         "along it (work: with friction unless given); to where the residual is across the step (PETSc's cp); by the "
         "next simplified correction (nleqerr); by the residual's norm (bt); within a trust region (newtontr)",
     )
-    factors: Literal["automatic", "kept", "new", "layers", "new_layers", "multigrid"] = parameter(
+    factors: Literal["automatic", "kept", "new", "layers", "multigrid"] = parameter(
         "automatic",
         description="factors of the tangent: kept while GMRES converges fast with them; new for each correction; of "
-        "each layer and of all heights, kept or new, made exact by GMRES; for solids none, but multigrid. Kept from "
-        "50,000 unknowns on, else new, unless given",
+        "each layer and of all heights, made exact by GMRES; for solids none, but multigrid. Kept from "
+        "20,000 unknowns on, else new, unless given",
     )
     force_tolerance: float = parameter(1e-7, gt=0, lt=1, description="residual over the support force at convergence")
     increment_tolerance: float = parameter(1e-4, gt=0, lt=1, description="next increment over the layer's thickness")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mechanics.time_step import USUAL, Effort, Outcome, TimeStep
-from ncf_fenicsx.simulation.stabilisation import Stabilisation
+from ncf_fenicsx.simulation.stabilisation import TROUBLE, Stabilisation
 from ncf_fenicsx.simulation.stepping import Ending, March, Piece, StepControl, march
 from ncf_fenicsx.solver import Newton
 
@@ -58,12 +58,15 @@ class StabilisedStep:
 
     Attributes:
         iterations: Newton iterations so far, those of failed steps included.
+        soft: the longest step in which corrections have wandered, as a share of its piece's first one, until one as
+            long holds; 0 if none. Shorter ones are given up at the first sign of that: a still shorter one stays on the
+            path.
     """
 
     def __init__(self, time_step: TimeStep, stabilisation: Stabilisation) -> None:
         self.time_step, self.stabilisation = time_step, stabilisation
         self.iterations = 0
-        self._share = 0.0
+        self.soft = self._share = 0.0
 
     def attempt(self, time: float, size: float, control: StepControl) -> Outcome:
         """Try the step from a time by a size (s), of a piece with such steps."""
@@ -73,6 +76,8 @@ class StabilisedStep:
     def _effort(self, end: float) -> Effort:
         """That of a step that ends at a time (s)."""
         settings = self.time_step.problem.scene.solver
+        if settings.line_search == "full" and self._share > TROUBLE:  # else a viscosity would come for no need
+            return Effort(may_wander=False, must_shrink=self._share < self.soft)
         if not self.stabilisation.value or not settings.searches:
             return USUAL
         turns = not self.time_step.in_same_segments(end)
@@ -88,6 +93,10 @@ class StabilisedStep:
         self.time_step.stabilise(self.stabilisation.value)
         outcome = self.time_step.attempt(time, size, effort, least_judged)
         self.iterations += outcome.iterations
+        if outcome.wandered:
+            self.soft = max(self.soft, self._share)
+        elif outcome.converged and self._share >= self.soft:
+            self.soft = 0.0
         if size and not outcome.converged and not outcome.too_long:
             self.stabilisation.failed(self._share)
         return outcome

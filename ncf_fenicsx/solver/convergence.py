@@ -23,6 +23,8 @@ The first is the one after layers were last caught: that they hold on to each ot
 """
 RUNAWAY_FROM = 0.005
 """Increment over the length that is no sign of that yet."""
+SEEN, LATEST = 6, 3
+"""Corrections after which they wander should none of the latest be smaller than all before."""
 CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 FALLS, OVER, LONGER = 0.1, 4, 2
@@ -43,6 +45,7 @@ class Convergence:
         polished: corrections, one or none, of a state that had balanced already.
         given_up: in words, why to give up; empty while there is hope.
         cycling: whether contact is where it was two iterations ago, and not where it was between.
+        wandered: whether it is given up because corrections did not get smaller.
     """
 
     def __init__(self, system: System, settings: Settings) -> None:
@@ -53,8 +56,9 @@ class Convergence:
     def begin(self, effort: Effort) -> None:
         """Forget the solve before; the next one may take an effort."""
         self._tolerance = min(self.settings.force_tolerance, effort.force_tolerance)
-        self.converged, self.given_up, self.cycling = False, "", False
+        self.converged, self.given_up, self.cycling, self.wandered = False, "", False, False
         self._patience, self._increments, self._first = effort.patience, [0.0], 1
+        self._may_wander, self._must_shrink, self._still = effort.may_wander, effort.must_shrink, False
         self._polishes, self._balanced, self.polished = effort.polishes, False, 0
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
 
@@ -84,10 +88,9 @@ class Convergence:
     def _note_contact(self) -> None:
         touching, before = self.system.contacts.touching(), self._touching[-2:]
         self._touching = [*before, touching]
-        if len(before) < 2:
-            return
         alike = self.comm.allgather([np.array_equal(touching, earlier) for earlier in before])
-        back = all(ago for ago, _ in alike) and not all(between for _, between in alike)
+        *ago, self._still = (all(ranks) for ranks in zip(*alike, strict=True))
+        back = any(ago) and not self._still
         self.cycling = back and self._increments[-1] > CYCLES * self._increments[-3]
 
     def _no_progress(self, iteration: int, update: Floats) -> str:
@@ -95,12 +98,30 @@ class Convergence:
         first = max([RUNAWAY_FROM * self.system.scales.length, *self._increments[self._first : self._first + 1]])
         if self._first <= iteration and self._increments[-1] > RUNAWAY * max(self._patience, 1.0) * first:
             return "Newton's increments grow"
+        self.wandered = self._wanders
+        if self.wandered:
+            return "Newton's corrections do not get smaller"
         most = round(self._patience * self.settings.max_iterations)
         if iteration < most or (iteration < LONGER * most and self._falls and self._patience >= 1):
             return ""
         if self.cycling:
             return f"contact opens and closes in turns, most at {self.position_of_largest(update)}"
         return f"Newton's method did not converge in {iteration} iterations"
+
+    @property
+    def _wanders(self) -> bool:
+        """Whether small corrections do not get smaller, as where the tangent is nearly singular.
+
+        Near a solution each is far smaller than the one before. Where the stack is about to lose stability they are
+        not: they are short, and lead from one state that nearly balances to another, on whichever branch. Large ones
+        may be a search for what is in contact.
+        """
+        sizes, small = self._increments[self._first :], RUNAWAY_FROM * self.system.scales.length
+        if self._must_shrink and self._still and len(sizes) > 1 and sizes[-2] < sizes[-1] < small:
+            return True
+        if self._may_wander or len(sizes) < SEEN:
+            return False
+        return min(sizes[-LATEST:]) > min(sizes[:-LATEST]) and (sizes[-1] < small or self._must_shrink)
 
     @property
     def _falls(self) -> bool:

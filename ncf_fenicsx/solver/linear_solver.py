@@ -6,8 +6,6 @@ from typing import Any, Protocol
 
 from petsc4py import PETSc
 
-LARGE = 50_000
-"""Unknowns from which on factors are kept: below, runs take seconds either way, and new ones take fewer iterations."""
 MOST = 25
 """Krylov steps after which new factors cost less."""
 SLOW = 15

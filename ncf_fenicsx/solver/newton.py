@@ -18,10 +18,8 @@ from ncf_fenicsx.solver.bordering import border
 from ncf_fenicsx.solver.convergence import Convergence
 from ncf_fenicsx.solver.direct_factors import DirectFactors
 from ncf_fenicsx.solver.equations import System
-from ncf_fenicsx.solver.layer_factors import LayerFactors
-from ncf_fenicsx.solver.linear_solver import LARGE, Factors, LinearSolver
+from ncf_fenicsx.solver.factor_choice import linear_solver
 from ncf_fenicsx.solver.modes import critical_mode
-from ncf_fenicsx.solver.multigrid import multigrid
 from ncf_fenicsx.solver.step_length import share_of_step, step_options
 from ncf_fenicsx.solver.timing import Phases
 
@@ -64,13 +62,10 @@ class Newton:
         self.residual = Residual(system)
         self.vector = self.residual.vector
         self.unknown = self.vector.duplicate()
-        self.load = 0.0
+        self.load, self._unstable = 0.0, False
         constrained = system.supports.dofs
         self._constrained = constrained[constrained < self.vector.getLocalSize()]
-        keeps = settings.factors in ("kept", "layers", "multigrid") or (
-            settings.factors == "automatic" and self.vector.getSize() >= LARGE
-        )
-        self.linear = LinearSolver(self._factors(keeps), keeps)
+        self.linear = linear_solver(system, settings, self.vector, self._constrained)
         self.snes = self._snes()
         self.tangent = TangentMatrix(system, self._constrained)
         self.snes.setJacobian(self._tangent, self.tangent.matrix)
@@ -101,7 +96,8 @@ class Newton:
             pivots = self._negative_pivots(reason)
         PETSc.garbage_cleanup(self.vector.comm)  # several ranks free together, and only when told to
         words = "converged" if reason > 0 else self._failure(reason, pivots)
-        return Outcome(reason > 0, iterations, words, bool(self._stopped), pivots)
+        wandered = self.convergence.wandered
+        return Outcome(reason > 0, iterations, words, bool(self._stopped), pivots, wandered=wandered)
 
     def _failure(self, reason: int, pivots: int | None) -> str:
         """In words, why a solve failed, where forces are out of balance, and what its last tangent was like.
@@ -126,7 +122,25 @@ class Newton:
             return None  # the search would go on from where there is no equilibrium
         if not self.linear.factorised:
             self.linear.factorise(self.tangent.assemble())
-        return self.linear.factors.count_negative(self.tangent.matrix)
+        count = self.linear.factors.count_negative(self.tangent.matrix)
+        return self._proven(count) if count and reason > 0 else count
+
+    def _proven(self, count: int) -> int:
+        """Negative pivots at the solution where factors of an iterate before it have some, until some are found.
+
+        Near a loss of stability a tangent that is a correction too old may have some where the solution has none.
+        """
+        if not self._unstable:
+            self.linear.factorise(self._tangent_here())
+            count = self.linear.factors.count_negative(self.tangent.matrix)
+            self._unstable = count > 0
+        return count
+
+    def _tangent_here(self) -> Any:
+        """The tangent at the present displacement, with nothing extrapolated."""
+        if self.system.last_iterate is not None:
+            self.system.last_iterate.x.array[:] = self.system.displacement.x.array
+        return self.tangent.assemble()
 
     def factorise(self) -> None:
         """Factorise the tangent as last assembled as a whole, its order of elimination included, and forget that."""
@@ -152,9 +166,7 @@ class Newton:
         Returns:
             None if it is not found; else the mode has 1 as its largest component, and shape (nodes, 3).
         """
-        if self.system.last_iterate is not None:
-            self.system.last_iterate.x.array[:] = self.system.displacement.x.array
-        found = critical_mode(self.tangent.assemble(), self._constrained)
+        found = critical_mode(self._tangent_here(), self._constrained)
         if found is None:
             return None
         value, vector = found
@@ -197,16 +209,6 @@ class Newton:
         solver.getPC().setPythonContext(self.linear)
         snes.setFromOptions()
         return snes
-
-    def _factors(self, keeps: bool) -> Factors:
-        comm, symmetric, way = self.vector.comm, self.system.symmetric, self.settings.factors
-        if way not in ("layers", "new_layers", "multigrid"):
-            return DirectFactors(comm, symmetric)
-        first, last = self.vector.getOwnershipRange()
-        positions = self.system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
-        if way == "multigrid":
-            return multigrid(comm, positions, self.system.sublaminates, self._constrained)
-        return LayerFactors(comm, symmetric, positions, self.system.sublaminates, first, self._constrained, keeps)
 
     @property
     def _in_trust_region(self) -> bool:
@@ -290,8 +292,3 @@ class Newton:
         if self.convergence.converged:
             return reasons.CONVERGED_FNORM_ABS
         return reasons.DIVERGED_INNER if self.convergence.given_up else reasons.ITERATING
-
-
-def petsc_version() -> str:
-    """Version of PETSc."""
-    return ".".join(str(number) for number in PETSc.Sys.getVersion())

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from ncf_fenicsx import Scene
-from ncf_fenicsx.mechanics.time_step import USUAL, Outcome
+from ncf_fenicsx.mechanics.time_step import USUAL, Effort, Outcome
 from ncf_fenicsx.simulation.stabilisation import (
     DEEP_TROUBLE,
     EASE,
@@ -115,7 +115,7 @@ def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_sta
     assert control.searches == friction
     steps.attempt(0.0, size, control)
     if not (friction and value):
-        assert seen == [USUAL]
+        assert seen == [USUAL if friction or size < TROUBLE / FIRST_STEPS else Effort(may_wander=False)]
         return
     brief = BRIEF * scene.solver.target_iterations
     patient = size < LAST_RESORT / FIRST_STEPS or (turns and size < UNTOLD_TROUBLE / FIRST_STEPS)
@@ -123,3 +123,22 @@ def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_sta
     assert round(seen[0].patience * scene.solver.max_iterations) == most
     assert seen[0].force_tolerance == SNAPPING
     assert seen[0].polishes
+
+
+def test_where_corrections_have_wandered_shorter_steps_are_given_up_sooner_until_one_as_long_holds():
+    scene = Scene.from_table({"mould": {"kind": "plate"}, "duration": "1 s"})
+    seen, held, wandered = [], Outcome(True, 3, "converged"), Outcome(False, 6, "wandered", wandered=True)
+    outcomes = iter([wandered, wandered, held, wandered, held, held, held])
+
+    def attempt(_time, _size, effort, _least):
+        seen.append((effort.may_wander, effort.must_shrink))
+        return next(outcomes)
+
+    time_step = SimpleNamespace(problem=SimpleNamespace(scene=scene), stabilise=lambda _: None, attempt=attempt)
+    steps = StabilisedStep(time_step, Stabilisation(first=1e7))
+    control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
+    for share in (3.0, 1.2, 0.5, 0.1, 1.1, 3.0, 2.0):
+        steps.attempt(0.0, share * control.first, control)
+    strict, usual = (False, True), (False, False)
+    assert seen == [usual, strict, strict, (True, False), strict, usual, usual]
+    assert steps.iterations == 6 + 6 + 3 + 6 + 3 + 3 + 3

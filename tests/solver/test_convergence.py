@@ -5,7 +5,7 @@ import pytest
 from assembled import COMM, build, step_of
 
 from ncf_fenicsx.mechanics.time_step import Effort
-from ncf_fenicsx.solver.convergence import RUNAWAY, Convergence
+from ncf_fenicsx.solver.convergence import RUNAWAY, RUNAWAY_FROM, Convergence
 
 pytestmark = pytest.mark.two_ranks
 
@@ -94,6 +94,46 @@ def test_increments_that_grow_are_given_up_at_once(table):
     assert not progress.given_up
     progress.follow(3, 1.0, 1.0, 1.01 * RUNAWAY * update)
     assert "grow" in progress.given_up
+
+
+SMALL = 0.1 * RUNAWAY_FROM
+
+
+@pytest.mark.parametrize(
+    ("sizes", "effort", "given_up_at"),
+    [
+        ([1, 0.5, 0.9, 0.6, 1.2, 0.7], Effort(may_wander=False), 6),
+        ([1, 0.5, 0.9, 0.6, 1.2, 0.7, 0.9, 0.6], Effort(), None),
+        ([1, 0.5, 0.9, 0.6, 1.2, 0.4, 0.1], Effort(may_wander=False), None),
+        ([40, 30, 35, 31, 60, 32, 33], Effort(may_wander=False), None),
+        ([40, 30, 35, 31, 60, 32], Effort(may_wander=False, must_shrink=True), 6),
+        ([1, 0.5, 0.6], Effort(may_wander=False, must_shrink=True), 3),
+        ([1, 0.5, 0.6, 0.3], Effort(may_wander=False), None),
+    ],
+    ids=["wander", "may wander", "shrink at last", "large", "large, after trouble", "one that grows", "may grow once"],
+)
+def test_small_corrections_that_do_not_get_smaller_are_given_up_where_they_must(table, sizes, effort, given_up_at):
+    problem, _ = build(table)
+    progress = Convergence(System(problem, [OPEN] * 99), problem.scene.solver)
+    progress.begin(effort)
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, SMALL * problem.scales.length)
+    for iteration, size in enumerate(sizes, 1):
+        progress.follow(iteration, 1.0, 1.0, size * update)
+        assert (bool(progress.given_up), progress.wandered) == (iteration == given_up_at,) * 2
+    progress.begin(Effort())
+    assert not progress.wandered
+
+
+def test_a_correction_that_changes_contact_may_grow_even_where_others_must_shrink(table):
+    problem, _ = build(table)
+    progress = Convergence(System(problem, [OPEN, OPEN, OPEN, OPEN, HALF, HALF]), problem.scene.solver)
+    progress.begin(Effort(may_wander=False, must_shrink=True))
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, SMALL * problem.scales.length)
+    for iteration, size in enumerate([1, 0.5, 0.6], 1):
+        progress.follow(iteration, 1.0, 1.0, size * update)
+    assert not progress.given_up
+    progress.follow(4, 1.0, 1.0, 0.7 * update)
+    assert progress.wandered
 
 
 @pytest.mark.parametrize("polishes", [False, True])
