@@ -58,8 +58,9 @@ class Effort:
         patience: factor on the iterations after which to give up.
         force_tolerance: force out of balance over the support force that is allowed at most.
         polishes: whether a balanced state is corrected once more, down to round-off.
-        may_wander: whether corrections that do not get smaller are followed to the last.
-        must_shrink: whether the first one that is larger than the one before, in the same contact, is one too many.
+        may_wander: whether a solve goes on to its last iteration though small corrections do not get smaller.
+        must_shrink: whether it ends with the first small correction that is larger than the one before it in the same
+            contact, and where large ones do not get smaller, too.
     """
 
     patience: float = 1.0

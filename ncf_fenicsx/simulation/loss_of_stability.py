@@ -61,7 +61,7 @@ class LossOfStability:
             )
         if self.lost is None and outcome.negative_pivots:
             self.lost = {"time": time, "negative_pivots": outcome.negative_pivots}
-            self.stabilisation.stability_lost = True
+            self.stabilisation.stability_lost = self.newton.unstable = True
             self.progress.caution(f"stability is lost at {time:.6g} s ({outcome.negative_pivots} negative pivots)")
             if scene.output.critical_mode or scene.solver.perturbation is not None:
                 self._find_mode(self.lost)
@@ -91,4 +91,4 @@ class LossOfStability:
     def recall(self, saved: dict[str, Any]) -> None:
         """Go on from a checkpoint."""
         self.lost, self.stabilised_from = saved["loss_of_stability"], saved["stabilised_from"]
-        self.stabilisation.stability_lost = self.lost is not None
+        self.stabilisation.stability_lost = self.newton.unstable = self.lost is not None

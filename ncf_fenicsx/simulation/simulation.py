@@ -186,7 +186,7 @@ class Simulation:
                 "beyond_data": self.data_range.left,
                 "cautions": self.progress.cautions,
                 "viscosity": self.stabilisation.value,
-                "soft": self.steps.soft,
+                "wandered": self.steps.wandered,
             }
         )
         self._saved_at = time.monotonic()
@@ -199,7 +199,7 @@ class Simulation:
         self.stability.recall(saved["stability"])
         self.data_range.left = saved["beyond_data"]
         self.progress.cautions += [words for words in saved.get("cautions", []) if words not in self.progress.cautions]
-        self.stabilisation.value, self.steps.soft = saved["viscosity"], saved.get("soft", 0.0)
+        self.stabilisation.value, self.steps.wandered = saved["viscosity"], saved.get("wandered", 0.0)
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
         return March(**{name: saved[name] for name in ("time", "size", "steps", "cuts", "fresh")})

@@ -58,7 +58,7 @@ class StabilisedStep:
 
     Attributes:
         iterations: Newton iterations so far, those of failed steps included.
-        soft: the longest step in which corrections have wandered, as a share of its piece's first one, until one as
+        wandered: the longest step in which corrections have wandered, as a share of its piece's first one, until one as
             long holds; 0 if none. Shorter ones are given up at the first sign of that: a still shorter one stays on the
             path.
     """
@@ -66,18 +66,21 @@ class StabilisedStep:
     def __init__(self, time_step: TimeStep, stabilisation: Stabilisation) -> None:
         self.time_step, self.stabilisation = time_step, stabilisation
         self.iterations = 0
-        self.soft = self._share = 0.0
+        self.wandered = self._share = 0.0
+        self._first: float | None = None
 
     def attempt(self, time: float, size: float, control: StepControl) -> Outcome:
         """Try the step from a time by a size (s), of a piece with such steps."""
-        self._share = size / control.first
+        if self._first not in (None, control.first):
+            self.wandered = 0.0  # of another piece
+        self._first, self._share = control.first, size / control.first
         return self._attempt(time, size, self._effort(time + size), control.least_for_error)
 
     def _effort(self, end: float) -> Effort:
         """That of a step that ends at a time (s)."""
         settings = self.time_step.problem.scene.solver
-        if settings.line_search == "full" and self._share > TROUBLE:  # else a viscosity would come for no need
-            return Effort(may_wander=False, must_shrink=self._share < self.soft)
+        if settings.line_search == "full" and self._share > TROUBLE:  # shorter ones that fail bring a viscosity
+            return Effort(may_wander=False, must_shrink=self._share < self.wandered)
         if not self.stabilisation.value or not settings.searches:
             return USUAL
         turns = not self.time_step.in_same_segments(end)
@@ -94,9 +97,9 @@ class StabilisedStep:
         outcome = self.time_step.attempt(time, size, effort, least_judged)
         self.iterations += outcome.iterations
         if outcome.wandered:
-            self.soft = max(self.soft, self._share)
-        elif outcome.converged and self._share >= self.soft:
-            self.soft = 0.0
+            self.wandered = max(self.wandered, self._share)
+        elif (outcome.converged or outcome.too_long) and self._share >= self.wandered:
+            self.wandered = 0.0
         if size and not outcome.converged and not outcome.too_long:
             self.stabilisation.failed(self._share)
         return outcome

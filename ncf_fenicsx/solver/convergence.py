@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
@@ -24,7 +26,9 @@ The first is the one after layers were last caught: that they hold on to each ot
 RUNAWAY_FROM = 0.005
 """Increment over the length that is no sign of that yet."""
 SEEN, LATEST = 6, 3
-"""Corrections after which they wander should none of the latest be smaller than all before."""
+"""A solve wanders if, after so many corrections or more, none of the latest ones is smaller than all before them."""
+UNCHANGED = 2
+"""Iterations in a row that leave contact as it is, from which on the last two corrections were made in the same one."""
 CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 FALLS, OVER, LONGER = 0.1, 4, 2
@@ -58,7 +62,8 @@ class Convergence:
         self._tolerance = min(self.settings.force_tolerance, effort.force_tolerance)
         self.converged, self.given_up, self.cycling, self.wandered = False, "", False, False
         self._patience, self._increments, self._first = effort.patience, [0.0], 1
-        self._may_wander, self._must_shrink, self._still = effort.may_wander, effort.must_shrink, False
+        self._may_wander, self._must_shrink = effort.may_wander, effort.must_shrink
+        self._free, self._unchanged = 1, 0
         self._polishes, self._balanced, self.polished = effort.polishes, False, 0
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
 
@@ -82,6 +87,7 @@ class Convergence:
         self.converged = balanced and (self._balanced or not self._polishes)
         self._balanced, self.polished = balanced, int(self.converged and self._polishes)
         self._first = iteration + 1 if self.system.contacts.holding_layers else self._first
+        self._free = iteration + 1 if self.system.contacts.holding else self._free
         self._note_contact()
         self.given_up = "" if balanced else self._no_progress(iteration, update)
 
@@ -89,8 +95,9 @@ class Convergence:
         touching, before = self.system.contacts.touching(), self._touching[-2:]
         self._touching = [*before, touching]
         alike = self.comm.allgather([np.array_equal(touching, earlier) for earlier in before])
-        *ago, self._still = (all(ranks) for ranks in zip(*alike, strict=True))
-        back = any(ago) and not self._still
+        *ago, still = (all(ranks) for ranks in zip(*alike, strict=True))
+        self._unchanged = self._unchanged + 1 if still else 0
+        back = any(ago) and not still
         self.cycling = back and self._increments[-1] > CYCLES * self._increments[-3]
 
     def _no_progress(self, iteration: int, update: Floats) -> str:
@@ -116,12 +123,16 @@ class Convergence:
         not: they are short, and lead from one state that nearly balances to another, on whichever branch. Large ones
         may be a search for what is in contact.
         """
-        sizes, small = self._increments[self._first :], RUNAWAY_FROM * self.system.scales.length
-        if self._must_shrink and self._still and len(sizes) > 1 and sizes[-2] < sizes[-1] < small:
+        sizes = self._increments[self._free :]
+        small = FLOOR_INCREMENT * self._allowed < self._increments[-1] < RUNAWAY_FROM * self.system.scales.length
+        alike = self._must_shrink and small and self._unchanged >= UNCHANGED and len(sizes) > 1
+        if alike and sizes[-2] < sizes[-1]:
             return True
-        if self._may_wander or len(sizes) < SEEN:
+        if self._may_wander or len(sizes) < SEEN or not (small or self._must_shrink):
             return False
-        return min(sizes[-LATEST:]) > min(sizes[:-LATEST]) and (sizes[-1] < small or self._must_shrink)
+        latest = sizes[-LATEST:]
+        falls = all(after < before for before, after in pairwise(latest))
+        return min(latest) > min(sizes[:-LATEST]) and not falls
 
     @property
     def _falls(self) -> bool:

@@ -48,6 +48,9 @@ class Newton:
         settings: tolerances and limits.
         phases: clock that assembly and linear solution are booked on.
         interrupted: in words, why to end at once, on all ranks; None to go on.
+
+    Attributes:
+        unstable: whether the run is known to have lost stability: negative pivots need no proof then.
     """
 
     def __init__(
@@ -62,7 +65,7 @@ class Newton:
         self.residual = Residual(system)
         self.vector = self.residual.vector
         self.unknown = self.vector.duplicate()
-        self.load, self._unstable = 0.0, False
+        self.load, self.unstable = 0.0, False
         constrained = system.supports.dofs
         self._constrained = constrained[constrained < self.vector.getLocalSize()]
         self.linear = linear_solver(system, settings, self.vector, self._constrained)
@@ -126,15 +129,16 @@ class Newton:
         return self._proven(count) if count and reason > 0 else count
 
     def _proven(self, count: int) -> int:
-        """Negative pivots at the solution where factors of an iterate before it have some, until some are found.
+        """Negative pivots at the solution where factors of an iterate before it have some, and a run has had none yet.
 
         Near a loss of stability a tangent that is a correction too old may have some where the solution has none.
         """
-        if not self._unstable:
-            self.linear.factorise(self._tangent_here())
-            count = self.linear.factors.count_negative(self.tangent.matrix)
-            self._unstable = count > 0
-        return count
+        if self.unstable:
+            return count
+        if self.linear.factorise(self._tangent_here()):
+            self.linear.forget()
+            return count
+        return self.linear.factors.count_negative(self.tangent.matrix)
 
     def _tangent_here(self) -> Any:
         """The tangent at the present displacement, with nothing extrapolated."""

@@ -142,3 +142,19 @@ def test_where_corrections_have_wandered_shorter_steps_are_given_up_sooner_until
     strict, usual = (False, True), (False, False)
     assert seen == [usual, strict, strict, (True, False), strict, usual, usual]
     assert steps.iterations == 6 + 6 + 3 + 6 + 3 + 3 + 3
+
+
+def test_where_corrections_have_wandered_is_forgotten_in_another_piece_of_the_path():
+    scene = Scene.from_table({"mould": {"kind": "plate"}, "duration": "1 s"})
+    seen = []
+
+    def attempt(_time, _size, effort, _least):
+        seen.append(effort.must_shrink)
+        return Outcome(False, 6, "wandered", wandered=True)
+
+    time_step = SimpleNamespace(problem=SimpleNamespace(scene=scene), stabilise=lambda _: None, attempt=attempt)
+    steps = StabilisedStep(time_step, Stabilisation(first=1e7))
+    for duration, share in ((1.0, 2.0), (1.0, 1.0), (100.0, 1.0), (100.0, 0.5)):
+        control = StepControl.of(scene.solver, duration, controls_time_error=False)
+        steps.attempt(0.0, share * control.first, control)
+    assert seen == [False, True, False, True]

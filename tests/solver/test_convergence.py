@@ -109,8 +109,13 @@ SMALL = 0.1 * RUNAWAY_FROM
         ([40, 30, 35, 31, 60, 32], Effort(may_wander=False, must_shrink=True), 6),
         ([1, 0.5, 0.6], Effort(may_wander=False, must_shrink=True), 3),
         ([1, 0.5, 0.6, 0.3], Effort(may_wander=False), None),
+        ([1, 1e-3, 0.3, 0.1, 0.03, 0.01], Effort(may_wander=False), None),
+        ([1, 1e-4, 1.1e-4], Effort(may_wander=False, must_shrink=True), None),
     ],
-    ids=["wander", "may wander", "shrink at last", "large", "large, after trouble", "one that grows", "may grow once"],
+    ids=[
+        *("wander", "may wander", "shrink at last", "large", "large, after trouble", "one that grows", "may grow once"),
+        *("fall after a tiny one", "round-off"),
+    ],
 )
 def test_small_corrections_that_do_not_get_smaller_are_given_up_where_they_must(table, sizes, effort, given_up_at):
     problem, _ = build(table)
@@ -126,14 +131,23 @@ def test_small_corrections_that_do_not_get_smaller_are_given_up_where_they_must(
 
 def test_a_correction_that_changes_contact_may_grow_even_where_others_must_shrink(table):
     problem, _ = build(table)
-    progress = Convergence(System(problem, [OPEN, OPEN, OPEN, OPEN, HALF, HALF]), problem.scene.solver)
+    progress = Convergence(System(problem, [OPEN, OPEN, OPEN, OPEN, HALF, HALF, HALF]), problem.scene.solver)
     progress.begin(Effort(may_wander=False, must_shrink=True))
     update = np.full(3 * problem.space.dofmap.index_map.size_local, SMALL * problem.scales.length)
-    for iteration, size in enumerate([1, 0.5, 0.6], 1):
+    for iteration, size in enumerate([1, 0.5, 0.6, 0.7], 1):
         progress.follow(iteration, 1.0, 1.0, size * update)
-    assert not progress.given_up
-    progress.follow(4, 1.0, 1.0, 0.7 * update)
+    assert not progress.given_up, "the fourth is the first one with the new contact"
+    progress.follow(5, 1.0, 1.0, 0.8 * update)
     assert progress.wandered
+
+
+def test_a_step_says_that_it_failed_because_its_corrections_wandered(table, monkeypatch):
+    problem, newton = build(table)
+    time_step = step_of(problem, newton)
+    monkeypatch.setattr(Convergence, "_wanders", property(lambda self: len(self._increments) > 2))
+    outcome = time_step.attempt(0.0, 1.0)
+    assert (outcome.converged, outcome.wandered, outcome.iterations) == (False, True, 2)
+    assert "do not get smaller" in outcome.reason
 
 
 @pytest.mark.parametrize("polishes", [False, True])
