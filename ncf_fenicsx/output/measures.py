@@ -42,7 +42,7 @@ COLUMNS = {
     **{f"mould_{name}": meaning for name, meaning in VOID_COLUMNS.items()},
     "negative_pivots": (
         "1",
-        "of the tangent at the end of the step: 0 is stable; where it is symmetric. "
+        "of the step's last factors; those of the first loss are of its end. 0 is stable; where it is symmetric. "
         "With factors of layers no more than these, and 0 only where no mode is found",
     ),
     "time_error": (
