@@ -11,8 +11,7 @@ from ncf_fenicsx.mechanics.problem import Problem
 from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.mesh import build_mesh
 from ncf_fenicsx.simulation.step import AT_REST
-from ncf_fenicsx.solver import Newton
-from ncf_fenicsx.solver.layer_factors import LayerFactors
+from ncf_fenicsx.solver import Newton, factor_choice
 from ncf_fenicsx.solver.timing import Phases
 
 COMM = MPI.COMM_WORLD
@@ -85,10 +84,7 @@ def forces(form):
 
 
 def layer_factors(newton):
-    system, (first, last) = newton.system, newton.vector.getOwnershipRange()
-    positions = system.displacement.function_space.tabulate_dof_coordinates()[: (last - first) // 3]
-    layers = system.sublaminates
-    return LayerFactors(newton.vector.comm, system.symmetric, positions, layers, first, newton._constrained)
+    return factor_choice._factors(newton.system, "layers", newton.vector, newton._constrained)
 
 
 def tangent_of(table):
