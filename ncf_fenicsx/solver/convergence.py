@@ -28,7 +28,10 @@ RUNAWAY_FROM = 0.005
 SEEN, LATEST = 6, 3
 """A solve wanders if, after so many corrections or more, none of the latest ones is smaller than all before them."""
 UNCHANGED = 2
-"""Iterations in a row that leave contact as it is, from which on the last two corrections were made in the same one."""
+"""Iterations in a row that leave contact as it is, from which on the last two corrections were made in the same one.
+
+That holds for the first one, too, which is made in the contact of the step before: it has not changed since.
+"""
 CYCLES = 0.5
 """Share of the increment two iterations ago that one above, in the same contact, is taken for a cycle."""
 FALLS, OVER, LONGER = 0.1, 4, 2
@@ -63,7 +66,7 @@ class Convergence:
         self.converged, self.given_up, self.cycling, self.wandered = False, "", False, False
         self._patience, self._increments, self._first = effort.patience, [0.0], 1
         self._may_wander, self._must_shrink = effort.may_wander, effort.must_shrink
-        self._free, self._unchanged = 1, 0
+        self._unchanged = 0
         self._polishes, self._balanced, self.polished = effort.polishes, False, 0
         self._touching: list[NDArray[np.bool_]] = [self.system.contacts.touching()]
 
@@ -87,7 +90,6 @@ class Convergence:
         self.converged = balanced and (self._balanced or not self._polishes)
         self._balanced, self.polished = balanced, int(self.converged and self._polishes)
         self._first = iteration + 1 if self.system.contacts.holding_layers else self._first
-        self._free = iteration + 1 if self.system.contacts.holding else self._free
         self._note_contact()
         self.given_up = "" if balanced else self._no_progress(iteration, update)
 
@@ -123,7 +125,7 @@ class Convergence:
         not: they are short, and lead from one state that nearly balances to another, on whichever branch. Large ones
         may be a search for what is in contact.
         """
-        sizes = self._increments[self._free :]
+        sizes = self._increments[self._first :]
         small = FLOOR_INCREMENT * self._allowed < self._increments[-1] < RUNAWAY_FROM * self.system.scales.length
         alike = self._must_shrink and small and self._unchanged >= UNCHANGED and len(sizes) > 1
         if alike and sizes[-2] < sizes[-1]:

@@ -183,8 +183,8 @@ def test_no_viscosity_is_built_before_it_is_needed(table):
 CRIMPING = {
     "stack": {"layers": 2, "size": ["12 mm", "12 mm"], "divisions": [6, 4], "grading": [0, 0]},
     "interface": {"kind": "stitched", "yarn_stiffness": "0.01 N", "slip_share": 0.0},
-    "laws": {"shear": {"modulus": "0.01 MPa"}},
-    "tool": {"width": "8 mm", "path": [{"travel": ["0 mm", "0 mm", "-0.5 mm"], "speed": "1 mm/min"}]},
+    "laws": {"shear": {"modulus": "0.015 MPa"}},
+    "tool": {"width": "8 mm", "path": [{"travel": ["0 mm", "0 mm", "-0.8 mm"], "speed": "1 mm/min"}]},
     "output": {"picture": False, "report": False, "fields_every": 1000},
 }
 
