@@ -141,6 +141,19 @@ def test_a_correction_that_changes_contact_may_grow_even_where_others_must_shrin
     assert progress.wandered
 
 
+@pytest.mark.parametrize(("first", "wanders"), [(OPEN, True), (HALF, False)], ids=["it has not changed", "it has"])
+def test_the_first_correction_is_one_in_the_same_contact_unless_that_has_changed(table, first, wanders):
+    """The first one is made in the contact of the step before, which is held."""
+    problem, _ = build(table)
+    progress = Convergence(System(problem, [OPEN, OPEN, first, first]), problem.scene.solver)
+    progress.begin(Effort(may_wander=False, must_shrink=True))
+    update = np.full(3 * problem.space.dofmap.index_map.size_local, SMALL * problem.scales.length)
+    for iteration, (size, holding) in enumerate([(1, True), (1.1, False)], 1):
+        progress.system.contacts.holding = holding
+        progress.follow(iteration, 1.0, 1.0, size * update)
+    assert progress.wandered == wanders
+
+
 def test_a_step_says_that_it_failed_because_its_corrections_wandered(table, monkeypatch):
     problem, newton = build(table)
     time_step = step_of(problem, newton)
