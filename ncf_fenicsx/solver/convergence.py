@@ -125,16 +125,26 @@ class Convergence:
         not: they are short, and lead from one state that nearly balances to another, on whichever branch. Large ones
         may be a search for what is in contact.
         """
-        sizes = self._increments[self._first :]
-        small = FLOOR_INCREMENT * self._allowed < self._increments[-1] < RUNAWAY_FROM * self.system.scales.length
-        alike = self._must_shrink and small and self._unchanged >= UNCHANGED and len(sizes) > 1
-        if alike and sizes[-2] < sizes[-1]:
+        if self._must_shrink and self._grows:
             return True
-        if self._may_wander or len(sizes) < SEEN or not (small or self._must_shrink):
+        sizes = self._increments[self._first :]
+        if self._may_wander or len(sizes) < SEEN or not (self._must_shrink or self._is_small):
             return False
         latest = sizes[-LATEST:]
         falls = all(after < before for before, after in pairwise(latest))
         return min(latest) > min(sizes[:-LATEST]) and not falls
+
+    @property
+    def _grows(self) -> bool:
+        """Whether the last correction is small, and larger than the one before it in the same contact."""
+        sizes = self._increments[self._first :]
+        alike = self._unchanged >= UNCHANGED and len(sizes) > 1
+        return alike and self._is_small and sizes[-2] < sizes[-1]
+
+    @property
+    def _is_small(self) -> bool:
+        """Whether the last correction is one of a search near a solution, and more than round-off."""
+        return FLOOR_INCREMENT * self._allowed < self._increments[-1] < RUNAWAY_FROM * self.system.scales.length
 
     @property
     def _falls(self) -> bool:
