@@ -58,7 +58,7 @@ class StabilisedStep:
 
     Attributes:
         iterations: Newton iterations so far, those of failed steps included.
-        wandered: the longest step in which corrections have wandered, as a share of its piece's first one, until one as
+        wandered: the last step in which corrections have wandered, as a share of its piece's first one, until one as
             long holds; 0 if none. Shorter ones are given up at the first sign of that: a still shorter one stays on the
             path.
     """
@@ -79,7 +79,8 @@ class StabilisedStep:
     def _effort(self, end: float) -> Effort:
         """That of a step that ends at a time (s)."""
         settings = self.time_step.problem.scene.solver
-        if settings.line_search == "full" and self._share > TROUBLE:  # shorter ones that fail bring a viscosity
+        stable = settings.line_search == "full" and not self.stabilisation.stability_lost
+        if stable and self._share > TROUBLE:  # shorter ones that fail bring a viscosity
             return Effort(may_wander=False, must_shrink=self._share < self.wandered)
         if not self.stabilisation.value or not settings.searches:
             return USUAL
@@ -97,7 +98,7 @@ class StabilisedStep:
         outcome = self.time_step.attempt(time, size, effort, least_judged)
         self.iterations += outcome.iterations
         if outcome.wandered:
-            self.wandered = max(self.wandered, self._share)
+            self.wandered = self._share
         elif (outcome.converged or outcome.too_long) and self._share >= self.wandered:
             self.wandered = 0.0
         if size and not outcome.converged and not outcome.too_long:

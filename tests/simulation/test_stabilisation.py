@@ -128,7 +128,7 @@ def test_only_a_search_for_what_sticks_is_cut_short_and_made_exact_while_the_sta
 def test_where_corrections_have_wandered_shorter_steps_are_given_up_sooner_until_one_as_long_holds():
     scene = Scene.from_table({"mould": {"kind": "plate"}, "duration": "1 s"})
     seen, held, wandered = [], Outcome(True, 3, "converged"), Outcome(False, 6, "wandered", wandered=True)
-    outcomes = iter([wandered, wandered, held, wandered, held, held, held])
+    outcomes = iter([wandered, wandered, held, held, held, held, held, wandered, held])
 
     def attempt(_time, _size, effort, _least):
         seen.append((effort.may_wander, effort.must_shrink))
@@ -137,11 +137,27 @@ def test_where_corrections_have_wandered_shorter_steps_are_given_up_sooner_until
     time_step = SimpleNamespace(problem=SimpleNamespace(scene=scene), stabilise=lambda _: None, attempt=attempt)
     steps = StabilisedStep(time_step, Stabilisation(first=1e7))
     control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
-    for share in (3.0, 1.2, 0.5, 0.1, 1.1, 3.0, 2.0):
+    for share in (3.0, 1.2, 0.5, 0.1, 1.1, 3.0, 2.0, 3.0, 3.0):
         steps.attempt(0.0, share * control.first, control)
     strict, usual = (False, True), (False, False)
-    assert seen == [usual, strict, strict, (True, False), strict, usual, usual]
-    assert steps.iterations == 6 + 6 + 3 + 6 + 3 + 3 + 3
+    assert seen == [usual, strict, strict, (True, False), strict, usual, usual, usual, usual]
+    assert steps.iterations == 6 + 6 + 3 + 3 + 3 + 3 + 3 + 6 + 3
+
+
+def test_past_a_loss_of_stability_corrections_may_wander():
+    scene = Scene.from_table({"mould": {"kind": "plate"}, "duration": "1 s"})
+    seen = []
+
+    def attempt(_time, _size, effort, _least):
+        seen.append(effort)
+        return Outcome(True, 3, "converged")
+
+    time_step = SimpleNamespace(problem=SimpleNamespace(scene=scene), stabilise=lambda _: None, attempt=attempt)
+    steps = StabilisedStep(time_step, Stabilisation(first=1e7))
+    control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
+    for steps.stabilisation.stability_lost in (False, True):
+        steps.attempt(0.0, control.first, control)
+    assert seen == [Effort(may_wander=False), USUAL]
 
 
 def test_where_corrections_have_wandered_is_forgotten_in_another_piece_of_the_path():
