@@ -13,10 +13,10 @@ from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.force_control import ForceControl
 from ncf_fenicsx.contact.held_contact import HeldLayers
 from ncf_fenicsx.contact.layer_contact import LayerContact
+from ncf_fenicsx.contact.multiplier import Multiplier
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.rigid_contact import RigidContact
 from ncf_fenicsx.contact.tangent_blocks import Blocks
-from ncf_fenicsx.laws.contact import AugmentedLagrangian
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import StackMesh
 from ncf_fenicsx.mesh.faces import Face
@@ -111,6 +111,8 @@ class Contacts:
             surface.hold(time, size)
         for held in self._held_layers:
             held.begin()
+        for _, multiplier in self._multipliers:
+            multiplier.begin()
         self._note_held_tools()
 
     def release(self, solves: int) -> None:
@@ -190,14 +192,15 @@ class Contacts:
             contacts with multipliers hold their tolerance.
         """
         too_deep = []
-        for contact in self.all:
-            way = contact.enforcement
-            if isinstance(way, AugmentedLagrangian) and contact.multiplier is not None:
-                deepest = contact.deepest()
-                if deepest > way.tolerance * self.body.thickness:
-                    contact.multiplier.advance()
-                    too_deep.append((deepest, way.max_updates))
+        for contact, multiplier in self._multipliers:
+            deepest = contact.deepest()
+            if multiplier.update(deepest):
+                too_deep.append((deepest, multiplier.way.max_updates))
         return max(too_deep, default=None)
+
+    @property
+    def _multipliers(self) -> list[tuple[RigidContact | LayerContact, Multiplier]]:
+        return [(contact, contact.multiplier) for contact in self.all if contact.multiplier is not None]
 
     def residual(self) -> Iterator[tuple[Integers, Floats]]:
         """Forces in N that act beside the compiled forms: global node numbers, and values of shape (nodes, 3)."""

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.held_contact import HeldLayers
+from ncf_fenicsx.contact.multiplier import multiplier_of
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.tangent_blocks import Blocks, nodal_blocks, stress_blocks
 from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
@@ -47,7 +48,7 @@ class LayerContact:
         slip: tangential displacement of what is faced since the start in m, at this rank's local nodes.
         pressure_form: compiled density of the contact pressure over the face in Pa, per undeformed area.
         held: holds layers that would touch nowhere; None where something pulls them back.
-        multiplier: field of state at the nodes; None unless the enforcement keeps one.
+        multiplier: None unless the enforcement keeps one.
         traction: field with the tangential traction in Pa at the end of the last step; None without friction.
         slid: how far what is faced has slid over the lower faces in the step in m, without what springs back, times the
             share of each node that something faces, shape (3,); None without friction.
@@ -71,20 +72,20 @@ class LayerContact:
         self._area_form = face.density(area_vector)
         self.gap = ufl.dot(self._normal, self._facing - body.position)
         kept = None if settings.opening_stiffness else spaces.scalar()
-        multiplier = spaces.scalar() if settings.contact.keeps_multiplier else None
+        self.multiplier = multiplier_of(name, settings.contact, body)
         own = body.own_pressure if settings.contact.uses_own_pressure else None
         stiffness = body.constants(settings.penalty.resolve(body.natural_stiffness))
-        self.touch = Touch(self.gap, stiffness, multiplier, own, kept)
+        touch = Touch(self.gap, stiffness, own_pressure=own, kept=kept)
+        self.touch = touch if self.multiplier is None else self.multiplier.on(touch)
         self.pressure = settings.contact.pressure(self.touch)
         self.pressure_form = face.density(self._coverage * self.pressure)
         self.held: HeldLayers | None = None
         if kept is not None:
             nodes = [interface.lower.local for interface in pairing.interfaces]
             self.held = HeldLayers(face, kept, self.pressure_form, nodes)
-        self.multiplier: StateField | None = None
-        if multiplier is not None:
-            self.multiplier = field_on_face(f"{name}.multiplier", multiplier, face, face.density(self.pressure))
-            self.state.append(self.multiplier)
+        if self.multiplier is not None:
+            self.multiplier.follow(face, face.density(self.pressure))
+            self.state += self.multiplier.state
         self.traction = spaces.vector() if settings.friction is not None else None
         self.slid: Expression | None = None
         self._tangential = self._tangential_traction()

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.held_contact import HeldTool
+from ncf_fenicsx.contact.multiplier import multiplier_of
 from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import compat
@@ -46,7 +47,7 @@ class RigidContact:
         tip: constant with the position of the tip of the surface in m.
         pressure_form: compiled density of the contact pressure over the undeformed face in Pa.
         held: where contact is kept for the first linear solves of a step.
-        multiplier: field of state at the nodes; None unless the enforcement keeps one.
+        multiplier: None unless the enforcement keeps one.
         traction: field with the tangential traction in Pa at the end of the last step; None without friction.
         slid: how far the surface has slid over the fabric in the step in m, without what springs back, shape (3,); None
             without friction.
@@ -61,17 +62,16 @@ class RigidContact:
         point = ufl.variable(body.position - self.tip)
         self.gap = bound.signed_distance(point)
         self._gap_form = face.density(bound.signed_distance(body.position - self._probe))
-        multiplier = spaces.scalar() if surface.contact.keeps_multiplier else None
-        self.touch, kept = self._touch(multiplier)
+        self.multiplier = multiplier_of(name, surface.contact, body)
+        self.touch, kept = self._touch()
         self.pressure = surface.contact.pressure(self.touch)
         self.pressure_form = face.density(self.pressure)
         self.held = HeldTool(face, kept, self.pressure_form)
         self._offset = StateField(f"{name}.height_offset", Location.EVERYWHERE, np.zeros(1))
         self.state = [self._offset, self.held.state(f"{name}.active_set")]
-        self.multiplier: StateField | None = None
-        if multiplier is not None:
-            self.multiplier = field_on_face(f"{name}.multiplier", multiplier, face, self.pressure_form)
-            self.state.append(self.multiplier)
+        if self.multiplier is not None:
+            self.multiplier.follow(face, self.pressure_form)
+            self.state += self.multiplier.state
         self.traction, self._normal, traction = None, None, None
         self.slid: Expression | None = None
         if surface.friction is not None:
@@ -83,13 +83,14 @@ class RigidContact:
         self.force_form = compat.compile_form(self.term)
         self._set_time(0.0, 0.0)
 
-    def _touch(self, multiplier: Any) -> tuple[Touch, Any]:
+    def _touch(self) -> tuple[Touch, Any]:
         """What is known of the contact, and the field that says where it is kept."""
         surface, body = self.surface, self.body
         own = body.own_pressure if surface.contact.uses_own_pressure else None
         stiffness = body.constants(surface.penalty.resolve(body.natural_stiffness))
         kept = body.spaces.scalar()
-        return Touch(self.gap, stiffness, multiplier, own, kept, rests=isinstance(surface, Mould)), kept
+        touch = Touch(self.gap, stiffness, own_pressure=own, kept=kept, rests=isinstance(surface, Mould))
+        return (touch if self.multiplier is None else self.multiplier.on(touch)), kept
 
     def _work(self, traction: Expression) -> ufl.Form:
         """Virtual work (J) of the pressure, and of a tangential traction in Pa unless that is None."""

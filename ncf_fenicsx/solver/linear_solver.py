@@ -24,8 +24,8 @@ class Factors(Protocol):
 
     Attributes:
         exact: whether it is the inverse.
-        has_pivots: whether pivots tell of negative eigenvalues: a step's last correction then has factors of its own.
-        cheap: whether they cost no more than a few Krylov steps: then each nonlinear solve begins with new ones.
+        has_pivots: whether they tell of negative eigenvalues: each nonlinear solve begins with new ones then.
+        cheap: whether they cost no more than a few Krylov steps: the same.
         rough: what they make of a correction's residual, over the correction: exact enough for one that others follow.
         tolerance: the same for a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
@@ -52,12 +52,13 @@ class Factors(Protocol):
 
 
 class LinearSolver:
-    """Factors, kept over iterations and steps as long as GMRES converges fast with them.
+    """Factors, kept over the iterations of a step as long as GMRES converges fast with them.
 
     Contact that opens or closes changes the tangent at few nodes, so old factors are a good preconditioner: in place of
-    a factorisation, some solutions with factors at hand. But the pivots that tell of a loss of stability are
-    those of a step's own factors. So, where factors have any, the correction that is taken to be the last of a step
-    has new ones.
+    a factorisation, some solutions with factors at hand. A step's first correction has new ones, so that a run that
+    goes on from a checkpoint takes the same path as one that never stopped; multigrid that is dear is kept over steps,
+    too. The pivots that tell of a loss of stability are those of factors of the whole: the correction that is taken to
+    be the last of a step has its own.
 
     Args:
         factors: of the tangent.
@@ -77,13 +78,13 @@ class LinearSolver:
         self._krylov.setGMRESRestart(self._most)
         self._krylov.setConvergenceTest(self._judge)
         self._krylov.setPC(factors.preconditioner)
-        self.factorised = self._fresh = self._slow = self._renewed = self._renewed_before = self._follows = False
+        self.factorised = self._fresh = self._slow = self._first = self._told = self._follows = False
         self._renew, self._steps_of_new = True, 0
         self._correction: Any = None
 
     def begin(self) -> None:
         """Begin a nonlinear solve."""
-        self._renewed_before, self._renewed = self._renewed, False
+        self._first, self._told = True, False
 
     def expect(self, last: bool, exact: bool) -> None:
         """Before a correction.
@@ -93,9 +94,10 @@ class LinearSolver:
             exact: whether more is to be solved with the same tangent.
         """
         self._tolerance = self.factors.tolerance if last or exact else self.factors.rough
-        tells = self.factors.has_pivots and (last or not self._renewed_before)
-        due = not self._renewed and (tells or self.factors.cheap)
-        self._renew = exact or due or self._slow or not self.keeps
+        begins = self._first and (self.factors.cheap or self.factors.has_pivots)
+        tells = last and self.factors.exact and not self._told
+        self._renew = exact or begins or tells or self._slow or not self.keeps
+        self._first, self._told = False, self._told or tells
 
     def forget(self) -> None:
         """Forget all factors, the order of elimination included."""
@@ -107,7 +109,7 @@ class LinearSolver:
         """New factors; PETSc's reason why there are none, 0 if there are."""
         failed = self.factors.factorise(matrix)
         self.factorisations += 1
-        self._slow, self._renewed, self._fresh = False, True, True
+        self._slow, self._fresh = False, True
         self.factorised = not failed
         return failed
 

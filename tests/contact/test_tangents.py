@@ -36,7 +36,7 @@ def pressed(table, **keys):
     problem.clock.time_step.value, problem.clock.inverse_time_step.value = 0.5, 2.0
     for contact in (*problem.contacts.rigid, *problem.contacts.layers):
         if contact.multiplier is not None:
-            contact.multiplier.values[:] = 3e3
+            contact.multiplier.state[0].values[:] = 3e3
         if contact.traction is not None:
             values = contact.traction.x.array
             values[:] = 500.0 * np.cos(np.arange(len(values)) // 3)
@@ -112,7 +112,7 @@ def test_tangent_between_layers(table, way, mesh):
     problem.start.x.array[:] = problem.displacement.x.array
     problem.contacts.pair()
     if layer.multiplier is not None:
-        layer.multiplier.values[:] = 3e3
+        layer.multiplier.state[0].values[:] = 3e3
     if layer.traction is not None:
         layer.traction.x.array[:] = 300.0
     newton.tangent.follow_links()

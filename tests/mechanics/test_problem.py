@@ -48,7 +48,7 @@ def test_a_scene_builds_only_what_it_names(table):
     ("ways", "memory", "face_states"),
     [
         ({}, [], False),
-        ({"contact": {"kind": "augmented_lagrangian"}}, ["multiplier"], False),
+        ({"contact": {"kind": "augmented_lagrangian"}}, ["multiplier", "penalty_factor"], False),
         ({"friction": {"coefficient": 0.2}}, ["traction"], False),
         ({"contact": {"kind": "nitsche"}}, [], True),
     ],

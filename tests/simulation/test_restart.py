@@ -51,7 +51,9 @@ def force_case():
     }
 
 
+KEPT = ("kept", "layers")
 TABLES = {name: contact_case(name) for name in CASES} | {"memory of the laws": law_case(), "force": force_case()}
+TABLES |= {f"{way} factors": contact_case("penalty and stitches") | {"solver": {"factors": way}} for way in KEPT}
 TABLES["order 2"] = contact_case("nitsche")
 TABLES["order 2"]["stack"] |= {"order": 2, "divisions": [[3, 1], [4, 2]]}
 
@@ -70,7 +72,8 @@ def test_a_run_that_goes_on_repeats_the_history_of_one_that_never_stopped(folder
     assert steps > 8
     stops = (0, steps // 3, 2 * steps // 3) if COMM.size == 1 else (2 * steps // 3,)  # one tells ranks apart
     for stop in stops:
-        scene = Scene.from_table(table | {"solver": {"max_steps": max(stop, 1)}})
+        solver = table.get("solver", {}) | {"max_steps": max(stop, 1)}
+        scene = Scene.from_table(table | {"solver": solver})
         run(scene, folder / f"parts_{stop}", restart=stop > 0)
         parts = run(Scene.from_table(table), folder / f"parts_{stop}", restart=True)
         assert parts.done, parts.reason
