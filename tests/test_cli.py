@@ -87,6 +87,23 @@ def test_a_wrong_word_of_a_command_is_one_line_and_code_2(tmp_path, words, told)
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("run", "--ranks", "999"), "--ranks 999: expected at most [0-9]+, as this machine has processors"),
+        (("check", "--set", "=5"), "--set =5: expected KEY=VALUE"),
+        (("check", "--set", "tool.path.1.speed=5 mm/s"), "--set tool.path.1.speed=5 mm/s: .*tool.path.0.speed"),
+        (("study", "sensitivity", "--vary", "tool.radius=2 mm"), "--vary tool.radius=2 mm: does not vary"),
+    ],
+)
+def test_a_wrong_value_of_an_option_is_one_line_and_code_2(tmp_path, words, told):
+    ended = call(*words, DEMOS / "single_element.toml", folder=tmp_path)
+    assert ended.returncode == 2
+    assert re.match(f"ncf-fenicsx: {told}", ended.stderr), ended.stderr
+    assert ended.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
 def test_no_word_at_all_is_the_help():
     ended = call()
     assert "calibrate" in ended.stdout + ended.stderr

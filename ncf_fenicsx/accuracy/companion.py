@@ -33,7 +33,8 @@ def companion_of(scene: Scene) -> Scene:
     """
     companion = levels_of(scene, KEY, below=1).coarsened(0)
     if size_of(companion).unknowns == size_of(scene).unknowns:
-        raise SceneError(f"{KEY}: stack.divisions = {scene.stack.divisions}: expected some to be halved")
+        divisions = str(scene.stack.divisions).strip("()")
+        raise SceneError(f"{KEY}: stack.divisions = [{divisions}]: expected two elements or more along x or y")
     bare = {"companion": False, "picture": False, "report": False}
     return companion.model_copy(update={"output": scene.output.model_copy(update=bare)})
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 import traceback
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -19,6 +22,8 @@ from ncf_fenicsx.terminal import complain, say, write_any_text
 from ncf_fenicsx.version import VERSION
 
 BAD_INPUT, STOPPED, DONE = 2, 1, 0
+SIGNALLED = 128
+"""Exit code of a program that a signal has ended, less the signal's number."""
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="Scene file.")]
@@ -256,9 +261,16 @@ studies.add_to(study)
 many_runs.add_to(study)
 
 
+def _end(number: int, frame: FrameType | None) -> None:
+    del frame
+    sys.exit(SIGNALLED + number)
+
+
 def main() -> None:
     """Entry point; every user's mistake is one line and exit code 2, and a rank that fails ends all ranks."""
     write_any_text()
+    if os.getpid() == 1:
+        signal.signal(signal.SIGTERM, _end)  # the first process of a container does not end on it unless it says so
     try:
         for argument in sys.argv:
             argument.encode()  # DOLFINx does not start with one that the locale cannot read

@@ -95,7 +95,11 @@ def sensitivity_command(
     texts = tuple(overrides or ())
     place = place_for(file, texts, scheduler, cluster, workers, ranks)
     campaign = Campaign(file, texts, out or Path("results") / f"{file.stem}_sensitivity", place, limit)
-    inputs = read_inputs(campaign.reader, [parse_vary(text) for text in varied])
+    parsed = [parse_vary(text) for text in varied]
+    for one in parsed:
+        if len(one.values) == 1:
+            raise SceneError(f"--vary {one.text}: does not vary; expected a range, as LOW..HIGH UNIT, or some values")
+    inputs = read_inputs(campaign.reader, parsed)
     say(sensitivity(campaign, inputs, Design.of(method, len(inputs), runs, seed)))
 
 

@@ -45,7 +45,10 @@ def watch(folder: Path, every: float, console: Console | None = None) -> None:
     """
     if not folder.is_dir():
         raise SceneError(f"{folder}: no such folder; expected a results folder")
-    with Live(console=console or Console(), auto_refresh=False) as live:
+    console = console or Console()
+    if _read(folder) is None:
+        console.print(f"waiting for a run in {folder}")
+    with Live(console=console, auto_refresh=False) as live:
         while True:
             results = _read(folder)
             if results is not None:

@@ -76,7 +76,7 @@ def apply_override(data: dict[str, Any], text: str) -> None:
         SceneError: the text has no ``=``, or its key leads through something that is no table.
     """
     key, equals, value = text.partition("=")
-    if not equals:
+    if not equals or not key.strip():
         raise SceneError(f"--set {text}: expected KEY=VALUE, such as stack.layers=2")
     try:
         parsed = tomllib.loads(f"value = {value}")["value"]
@@ -89,7 +89,10 @@ def apply_override(data: dict[str, Any], text: str) -> None:
             target = target[int(name)] if isinstance(target, list) else target.setdefault(name, {})
         target[int(last) if isinstance(target, list) else last] = parsed
     except (AttributeError, IndexError, TypeError, ValueError) as error:
-        raise SceneError(f"--set {text}: no such table in the scene; expected a key such as stack.layers") from error
+        raise SceneError(
+            f"--set {text}: no such table in the scene; expected a key such as stack.layers, or "
+            "tool.path.0.speed for the first of a list"
+        ) from error
 
 
 def as_written(path: Path, overrides: Sequence[str]) -> str:

@@ -34,6 +34,8 @@ AS_ASKED = {
 """For Open MPI, 5 and 4: as whoever calls it, and not bound to the cores that another run was bound to."""
 PASSED_ON: dict[int, signal.Signals] = {signal.SIGINT: signal.SIGUSR1, signal.SIGTERM: signal.SIGUSR2}
 """What a launcher passes on to its ranks in place of what would make it kill them."""
+FEWEST_ALLOWED = 2
+"""Ranks that may be asked for on any machine, to see what two of them do."""
 PARENT_DIED = 1
 """Linux's PR_SET_PDEATHSIG."""
 
@@ -113,8 +115,13 @@ def run_on(ranks: int, arguments: Sequence[str]) -> int:
     one ends them at once. If this process is killed, the ranks end too.
 
     Raises:
-        SceneError: there is no launcher.
+        SceneError: there is no launcher, or there are more ranks than processors to run them.
     """
+    most = max(len(os.sched_getaffinity(0)), FEWEST_ALLOWED)
+    if ranks > most:
+        raise SceneError(
+            f"--ranks {ranks}: expected at most {most}, as this machine has processors; mpirun starts more"
+        )
     if shutil.which("mpirun") is None:
         raise SceneError(f"--ranks {ranks}: mpirun is not installed; expected --ranks 1")
     words = ["mpirun", "-n", str(ranks), sys.executable, "-m", "ncf_fenicsx", *arguments]

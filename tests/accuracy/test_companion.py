@@ -97,7 +97,10 @@ def test_it_goes_on_where_it_was_stopped_and_is_taken_away_with_its_run(folder):
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        (["stack.divisions=[1, 1]"], "output.companion: stack.divisions = .*: expected some to be halved"),
+        (
+            ["stack.divisions=[1, 1]"],
+            "output.companion: stack.divisions = .*: expected two elements or more along x or y",
+        ),
         (
             ["stack.divisions=automatic"],
             'output.companion: stack.divisions = "automatic": expected numbers of elements',

@@ -34,8 +34,9 @@ def test_goes_on_until_the_run_has_ended(results, tmp_path):
     folder = tmp_path / "run"
     folder.mkdir()
     console = Console(file=io.StringIO(), width=200)
-    thread = threading.Thread(target=watch, args=(folder, 0.05, console))
+    thread = threading.Thread(target=watch, args=(folder, 0.05, console), daemon=True)
     thread.start()
+    thread.join(0.3)
     for name in ("scene.toml", "history.csv"):
         shutil.copy(results / name, folder)
     thread.join(0.3)
@@ -43,6 +44,7 @@ def test_goes_on_until_the_run_has_ended(results, tmp_path):
     shutil.copy(results / "run.json", folder)
     thread.join(10)
     assert not thread.is_alive()
+    assert "waiting for a run in" in console.file.getvalue()
     assert "Done at" in console.file.getvalue()
 
 

@@ -79,19 +79,24 @@ def test_factors_that_do_not_fit_any_more_are_replaced():
     assert chain.linear.factorisations == 2
 
 
-@pytest.mark.parametrize("why", ["last", "exact", "not kept", "two solves without"])
+@pytest.mark.parametrize("why", ["last", "exact", "not kept", "begins"])
 def test_new_factors_where_they_are_asked_for(why):
     chain = Chain(keeps=why != "not kept")
     chain.error(spring_chain())
-    if why == "two solves without":
-        chain.linear.begin()
-        chain.error(spring_chain(SIZE - 3, 2.0))
+    if why == "begins":
         chain.linear.begin()
     near = spring_chain(SIZE - 3, 3.0)
-    if why == "last":
-        chain.linear.begin()
     assert chain.error(near, last=why == "last", exact=why == "exact") < 1e-10
     assert chain.linear.factorisations == 2
+
+
+def test_a_solve_begins_and_ends_with_factors_of_its_own_and_no_others():
+    chain = Chain()
+    for solve in (1, 2):
+        chain.linear.begin()
+        for stiffness, last in ((1.0, False), (2.0, False), (3.0, True), (4.0, True)):
+            chain.error(spring_chain(SIZE - 3, stiffness), last=last)
+        assert chain.linear.factorisations == 2 * solve
 
 
 def test_a_singular_tangent_is_told():
