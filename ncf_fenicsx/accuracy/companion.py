@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,8 +34,8 @@ def companion_of(scene: Scene) -> Scene:
     """
     companion = levels_of(scene, KEY, below=1).coarsened(0)
     if size_of(companion).unknowns == size_of(scene).unknowns:
-        divisions = str(scene.stack.divisions).strip("()")
-        raise SceneError(f"{KEY}: stack.divisions = [{divisions}]: expected two elements or more along x or y")
+        divisions = json.dumps(scene.stack.divisions)
+        raise SceneError(f"{KEY}: stack.divisions = {divisions}: expected two elements or more along x or y")
     bare = {"companion": False, "picture": False, "report": False}
     return companion.model_copy(update={"output": scene.output.model_copy(update=bare)})
 

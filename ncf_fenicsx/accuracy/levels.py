@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ncf_fenicsx.errors import SceneError
+from ncf_fenicsx.laws.contact import STIFFEST_LAYERS, STIFFEST_RIGID, most_raised
 from ncf_fenicsx.mesh.stack_mesh import focus_of
 from ncf_fenicsx.parameters.units import PenaltyStiffness
 from ncf_fenicsx.report.reading import read_fields, read_snapshots, varies_along_y
@@ -19,9 +20,6 @@ BELOW = 2
 """Halvings of the mesh and the steps that a scene names in level 0: three levels tell an order, the last is its own."""
 STIFFER = 4
 """Factor on penalties from level to level: what they let through then goes away as that of a second-order mesh."""
-STIFFEST = {"rigid": 16_000.0, "layers": 160.0}
-"""Factors on a layer's own stiffness above which penalties of rigid surfaces, and between layers, are not raised: what
-they let through is then below 0.1 % of the force, and Newton's method fails where stiffer faces part."""
 COARSEST_TIME_ERROR = 0.1
 """Local error in time that a step of the coarsest level may have at most."""
 SHOWS = 2
@@ -169,8 +167,8 @@ def _stiffer(part: Any, level: int, natural: float) -> Any:
         level: counted from 0.
         natural: stiffness of a layer in Pa/m.
     """
-    most = STIFFEST["rigid" if isinstance(part, RigidSurface) else "layers"]
-    raised = min(float(STIFFER**level), max(most * natural / part.penalty.resolve(natural), 1.0))
+    most = STIFFEST_RIGID if isinstance(part, RigidSurface) else STIFFEST_LAYERS
+    raised = min(float(STIFFER**level), most_raised(most, part.penalty.resolve(natural), natural))
     changed: dict[str, Any] = {"penalty": _scaled(part.penalty, raised)}
     if part.contact.keeps_multiplier:
         tolerance = part.contact.tolerance / STIFFER**level

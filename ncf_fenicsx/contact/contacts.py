@@ -82,7 +82,7 @@ class Contacts:
 
     @property
     def stiffness(self) -> float:
-        """Largest contact stiffness in Pa/m, 0 without contact."""
+        """Largest contact stiffness in Pa/m that the scene gives, 0 without contact."""
         penalties = [surface.surface.penalty for surface in self.rigid] + [way.settings.penalty for way in self.layers]
         return max((penalty.resolve(self.body.natural_stiffness) for penalty in penalties), default=0.0)
 

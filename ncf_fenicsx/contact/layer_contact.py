@@ -21,7 +21,7 @@ from ncf_fenicsx.contact.held_contact import HeldLayers
 from ncf_fenicsx.contact.multiplier import multiplier_of
 from ncf_fenicsx.contact.pairing import Pairing
 from ncf_fenicsx.contact.tangent_blocks import Blocks, nodal_blocks, stress_blocks
-from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
+from ncf_fenicsx.laws.contact import STIFFEST_LAYERS, Touch, friction_traction, tangential
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.faces import Face
@@ -72,7 +72,7 @@ class LayerContact:
         self._area_form = face.density(area_vector)
         self.gap = ufl.dot(self._normal, self._facing - body.position)
         kept = None if settings.opening_stiffness else spaces.scalar()
-        self.multiplier = multiplier_of(name, settings.contact, body)
+        self.multiplier = multiplier_of(name, settings.contact, body, settings.penalty, STIFFEST_LAYERS)
         own = body.own_pressure if settings.contact.uses_own_pressure else None
         stiffness = body.constants(settings.penalty.resolve(body.natural_stiffness))
         touch = Touch(self.gap, stiffness, own_pressure=own, kept=kept)

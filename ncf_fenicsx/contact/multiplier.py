@@ -10,35 +10,37 @@ import numpy as np
 from dolfinx import fem
 
 from ncf_fenicsx.contact.deformed_body import DeformedBody
-from ncf_fenicsx.laws.contact import AugmentedLagrangian, Enforcement, Touch
+from ncf_fenicsx.laws.contact import AugmentedLagrangian, Enforcement, Touch, most_raised
 from ncf_fenicsx.mesh.faces import Face
 from ncf_fenicsx.mesh.state_fields import Location, StateField, field_on_face
+from ncf_fenicsx.parameters.units import PenaltyStiffness
 
 SLOW = 0.25
 """Share of the deepest penetration that an update may leave. Above it the penalty is too soft: updates converge
 linearly, with a rate that is the body's stiffness over that of both."""
-RAISE, MOST = 10.0, 1e4
-"""Factor on the penalty after such an update, and the largest factor on that of the scene."""
+RAISE = 10.0
+"""Factor on the penalty after such an update."""
 
 
 class Multiplier:
     """Contact pressure of the last update, at the nodes of a face, and what its updates have made of the penalty.
 
-    A penalty is raised between updates where they converge slowly (Bertsekas 1982, section 2.3), and stays so: where
-    penetration has gone, the pressure is the multiplier's whatever the penalty.
+    A penalty is raised between updates where they converge slowly (Bertsekas 1982, section 2.3), and stays so for the
+    rest of the run: where penetration has gone, the pressure is the multiplier's whatever the penalty.
 
     Args:
         name: of the contact in a scene.
         way: its tolerance and limit.
         body: the fabric.
+        most: largest factor on the penalty.
 
     Attributes:
         way: how the contact is enforced.
         state: what is remembered; empty until `follow`.
     """
 
-    def __init__(self, name: str, way: AugmentedLagrangian, body: DeformedBody) -> None:
-        self._name, self.way = name, way
+    def __init__(self, name: str, way: AugmentedLagrangian, body: DeformedBody, most: float) -> None:
+        self._name, self.way, self._most = name, way, most
         self._allowed = way.tolerance * body.thickness
         self._pressure = body.spaces.scalar()
         self._factor = fem.Constant(body.spaces.mesh, np.ones(1))
@@ -61,14 +63,28 @@ class Multiplier:
     def update(self, deepest: float) -> bool:
         """Update where a deepest penetration (m) is above the tolerance, and say whether it is."""
         if deepest <= self._allowed:
+            self._deepest = math.inf  # it may grow again as other contacts are updated, for no fault of its penalty
             return False
         self.state[0].advance()
         if deepest > SLOW * self._deepest:
-            self._factor.value[0] = min(RAISE * self._factor.value[0], MOST)
+            self._factor.value[0] = min(RAISE * self._factor.value[0], self._most)
         self._deepest = deepest
         return True
 
 
-def multiplier_of(name: str, way: Enforcement, body: DeformedBody) -> Multiplier | None:
-    """The multiplier of a contact with a way of enforcing it; None if that keeps none."""
-    return Multiplier(name, way, body) if isinstance(way, AugmentedLagrangian) else None
+def multiplier_of(
+    name: str, way: Enforcement, body: DeformedBody, penalty: PenaltyStiffness, stiffest: float
+) -> Multiplier | None:
+    """The multiplier of a contact; None if its way of enforcing it keeps none.
+
+    Args:
+        name: of the contact in a scene.
+        way: how it is enforced.
+        body: the fabric.
+        penalty: of the contact.
+        stiffest: factor on a layer's own stiffness above which that is not raised.
+    """
+    if not isinstance(way, AugmentedLagrangian):
+        return None
+    natural = body.natural_stiffness
+    return Multiplier(name, way, body, most_raised(stiffest, penalty.resolve(natural), natural))

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from ncf_fenicsx.contact.deformed_body import DeformedBody
 from ncf_fenicsx.contact.held_contact import HeldTool
 from ncf_fenicsx.contact.multiplier import multiplier_of
-from ncf_fenicsx.laws.contact import Touch, friction_traction, tangential
+from ncf_fenicsx.laws.contact import STIFFEST_RIGID, Touch, friction_traction, tangential
 from ncf_fenicsx.laws.kinematics import Expression
 from ncf_fenicsx.mesh import compat
 from ncf_fenicsx.mesh.faces import Face
@@ -62,7 +62,7 @@ class RigidContact:
         point = ufl.variable(body.position - self.tip)
         self.gap = bound.signed_distance(point)
         self._gap_form = face.density(bound.signed_distance(body.position - self._probe))
-        self.multiplier = multiplier_of(name, surface.contact, body)
+        self.multiplier = multiplier_of(name, surface.contact, body, surface.penalty, STIFFEST_RIGID)
         self.touch, kept = self._touch()
         self.pressure = surface.contact.pressure(self.touch)
         self.pressure_form = face.density(self.pressure)

@@ -18,6 +18,20 @@ from ncf_fenicsx.parameters.units import Penalty
 
 TOUCHING = 1e-15
 """Gap in m below which a node touches: faces that start on each other do, whatever the round-off of their positions."""
+STIFFEST_RIGID, STIFFEST_LAYERS = 16_000.0, 160.0
+"""Factors on a layer's own stiffness above which penalties of rigid surfaces, and between layers, are not raised: what
+they let through is then below 0.1 % of the force, and Newton's method fails where stiffer faces part."""
+
+
+def most_raised(stiffest: float, penalty: float, natural: float) -> float:
+    """Largest factor that a penalty may be raised by, at least 1.
+
+    Args:
+        stiffest: one of the factors above.
+        penalty: in Pa/m.
+        natural: a layer's own stiffness in Pa/m.
+    """
+    return max(stiffest * natural / penalty, 1.0)
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,7 @@ class TimeStep:
         self._failed = not outcome.converged and not outcome.too_long
         if not outcome.converged:
             self.rollback(time)
-            if self.problem.scene.solver.perturbation is not None:
+            if self.problem.scene.solver.perturbation is not None and not outcome.hopeless:
                 self.push(-0.5 * self._push.committed)
         return outcome
 

@@ -47,7 +47,7 @@ def watch(folder: Path, every: float, console: Console | None = None) -> None:
         raise SceneError(f"{folder}: no such folder; expected a results folder")
     console = console or Console()
     if _read(folder) is None:
-        console.print(f"waiting for a run in {folder}")
+        console.print(Text(f"waiting for a run in {folder}"))
     with Live(console=console, auto_refresh=False) as live:
         while True:
             results = _read(folder)

@@ -115,13 +115,11 @@ def run_on(ranks: int, arguments: Sequence[str]) -> int:
     one ends them at once. If this process is killed, the ranks end too.
 
     Raises:
-        SceneError: there is no launcher, or there are more ranks than processors to run them.
+        SceneError: there is no launcher, or there are more ranks than cores to run them.
     """
-    most = max(len(os.sched_getaffinity(0)), FEWEST_ALLOWED)
+    most = max(physical_cores(), FEWEST_ALLOWED)
     if ranks > most:
-        raise SceneError(
-            f"--ranks {ranks}: expected at most {most}, as this machine has processors; mpirun starts more"
-        )
+        raise SceneError(f"--ranks {ranks}: expected at most {most} on this machine; mpirun starts more")
     if shutil.which("mpirun") is None:
         raise SceneError(f"--ranks {ranks}: mpirun is not installed; expected --ranks 1")
     words = ["mpirun", "-n", str(ranks), sys.executable, "-m", "ncf_fenicsx", *arguments]

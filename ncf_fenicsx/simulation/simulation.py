@@ -187,6 +187,7 @@ class Simulation:
                 "cautions": self.progress.cautions,
                 "viscosity": self.stabilisation.value,
                 "wandered": self.steps.wandered,
+                "piece": self.steps.piece,
             }
         )
         self._saved_at = time.monotonic()
@@ -199,7 +200,8 @@ class Simulation:
         self.stability.recall(saved["stability"])
         self.data_range.left = saved["beyond_data"]
         self.progress.cautions += [words for words in saved.get("cautions", []) if words not in self.progress.cautions]
-        self.stabilisation.value, self.steps.wandered = saved["viscosity"], saved.get("wandered", 0.0)
+        self.stabilisation.value = saved["viscosity"]
+        self.steps.wandered, self.steps.piece = saved.get("wandered", 0.0), saved.get("piece")
         self._seconds_before = saved["seconds"]
         self.progress.note(f"going on from {saved['time']:.6g} s")
         return March(**{name: saved[name] for name in ("time", "size", "steps", "cuts", "fresh")})

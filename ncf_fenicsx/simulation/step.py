@@ -61,19 +61,20 @@ class StabilisedStep:
         wandered: the last step in which corrections have wandered, as a share of its piece's first one, until one as
             long holds; 0 if none. Shorter ones are given up at the first sign of that: a still shorter one stays on the
             path.
+        piece: first step in s of the piece of the path that it is in; None before the first one.
     """
 
     def __init__(self, time_step: TimeStep, stabilisation: Stabilisation) -> None:
         self.time_step, self.stabilisation = time_step, stabilisation
         self.iterations = 0
         self.wandered = self._share = 0.0
-        self._first: float | None = None
+        self.piece: float | None = None
 
     def attempt(self, time: float, size: float, control: StepControl) -> Outcome:
         """Try the step from a time by a size (s), of a piece with such steps."""
-        if self._first not in (None, control.first):
-            self.wandered = 0.0  # of another piece
-        self._first, self._share = control.first, size / control.first
+        if self.piece not in (None, control.first):
+            self.wandered = 0.0
+        self.piece, self._share = control.first, size / control.first
         return self._attempt(time, size, self._effort(time + size), control.least_for_error)
 
     def _effort(self, end: float) -> Effort:
@@ -101,7 +102,7 @@ class StabilisedStep:
             self.wandered = self._share
         elif (outcome.converged or outcome.too_long) and self._share >= self.wandered:
             self.wandered = 0.0
-        if size and not outcome.converged and not outcome.too_long:
+        if size and not outcome.converged and not outcome.too_long and not outcome.hopeless:
             self.stabilisation.failed(self._share)
         return outcome
 

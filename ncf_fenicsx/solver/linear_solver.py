@@ -24,7 +24,7 @@ class Factors(Protocol):
 
     Attributes:
         exact: whether it is the inverse.
-        has_pivots: whether they tell of negative eigenvalues: each nonlinear solve begins with new ones then.
+        has_pivots: whether their pivots tell of negative eigenvalues: each nonlinear solve begins with new ones then.
         cheap: whether they cost no more than a few Krylov steps: the same.
         rough: what they make of a correction's residual, over the correction: exact enough for one that others follow.
         tolerance: the same for a correction that is taken to be the last of its solve.
@@ -52,10 +52,10 @@ class Factors(Protocol):
 
 
 class LinearSolver:
-    """Factors, kept over the iterations of a step as long as GMRES converges fast with them.
+    """Factors, kept over the iterations of a solve as long as GMRES converges fast with them.
 
     Contact that opens or closes changes the tangent at few nodes, so old factors are a good preconditioner: in place of
-    a factorisation, some solutions with factors at hand. A step's first correction has new ones, so that a run that
+    a factorisation, some solutions with factors at hand. A solve's first correction has new ones, so that a run that
     goes on from a checkpoint takes the same path as one that never stopped; multigrid that is dear is kept over steps,
     too. The pivots that tell of a loss of stability are those of factors of the whole: the correction that is taken to
     be the last of a step has its own.
@@ -150,6 +150,6 @@ class LinearSolver:
         self._krylov.solve(b, x)
         steps = self._krylov.getIterationNumber()
         self.krylov_steps += steps
-        self._slow = steps > max(SLOW, SLOWER * self._steps_of_new)
         self._steps_of_new = steps if self._fresh else self._steps_of_new
+        self._slow = steps > max(SLOW, SLOWER * self._steps_of_new)
         return bool(self._krylov.getConvergedReason() > 0)

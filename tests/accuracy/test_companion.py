@@ -99,7 +99,7 @@ def test_it_goes_on_where_it_was_stopped_and_is_taken_away_with_its_run(folder):
     [
         (
             ["stack.divisions=[1, 1]"],
-            "output.companion: stack.divisions = .*: expected two elements or more along x or y",
+            "output.companion: stack.divisions = \\[1, 1\\]: expected two elements or more along x or y",
         ),
         (
             ["stack.divisions=automatic"],

@@ -6,8 +6,9 @@ from program import DEMOS, SMALL_STACK
 
 from ncf_fenicsx import Scene, SceneError
 from ncf_fenicsx.accuracy.cost import Cost, duration, expected
-from ncf_fenicsx.accuracy.levels import BELOW, STIFFEST, Levels
+from ncf_fenicsx.accuracy.levels import BELOW, Levels
 from ncf_fenicsx.accuracy.quantities import check_quantities
+from ncf_fenicsx.laws.contact import STIFFEST_LAYERS
 from ncf_fenicsx.mesh.hexahedra import graded
 from ncf_fenicsx.mesh.stack_mesh import focus_of
 from ncf_fenicsx.simulation.stepping import pieces
@@ -46,7 +47,7 @@ def test_penalties_are_raised_up_to_where_they_let_nothing_through():
     assert [levels[level].tool[0].penalty.value for level in range(5)] == [1e3, 4e3, 1.6e4, 1.6e4, 1.6e4]
     soft = [levels[level].interface[0].penalty.value for level in range(12)]
     assert soft[:3] == [1e5, 4e5, 1.6e6]
-    assert soft[-1] == pytest.approx(STIFFEST["layers"] * scene.natural_stiffness)
+    assert soft[-1] == pytest.approx(STIFFEST_LAYERS * scene.natural_stiffness)
     stiff = Levels(Scene.read(DEMOS / "roller.toml", ["tool.penalty=1e6"]))
     assert stiff[3].tool[0].penalty.value == 1e6
 

@@ -1,13 +1,16 @@
 """Multipliers of contact: what updates leave of a penetration, and the penalty that they raise where they are slow."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from assembled import build
+from assembled import COMM, assign, build, bumpy
+from mpi4py import MPI
 
 from ncf_fenicsx import Scene, run
-from ncf_fenicsx.contact.multiplier import MOST, RAISE, SLOW
+from ncf_fenicsx.contact.multiplier import RAISE, SLOW, Multiplier
+from ncf_fenicsx.laws.contact import AugmentedLagrangian, most_raised
 from ncf_fenicsx.mechanics.time_step import TimeStep
 from ncf_fenicsx.simulation.step import AugmentedNewton
 
@@ -72,10 +75,41 @@ def test_a_penalty_too_soft_for_its_updates_is_raised_until_they_are_fast(monkey
     assert ratios[-1] < SLOW
     assert len(seen) < 10, "without a raise it takes 200 updates"
     factor = problem.contacts.tools[0].multiplier.state[1]
-    assert 1 < factor.values[0] <= MOST
+    assert factor.values[0] > 1
     assert math.log(factor.values[0], RAISE) == pytest.approx(round(math.log(factor.values[0], RAISE)))
     time_step.rollback(0.0)
     assert factor.values == 1
+
+
+def test_a_penalty_is_raised_where_its_own_updates_are_slow_and_no_further_than_it_may_be(table):
+    """In tolerances: what grows again after it was within them grows for another contact's updates."""
+    body = build(table)[0].contacts.body
+    unit = 1e-4 * body.thickness
+    multiplier = Multiplier("any", AugmentedLagrangian(), body, most=50.0)
+    multiplier.state = [SimpleNamespace(advance=lambda: None)]
+    raised = []
+    for deepest in (10, 0.9, 3, 2, 1.9, 0.4, 1.5, 1.4):
+        multiplier.update(deepest * unit)
+        raised.append(float(multiplier._factor.value[0]))
+    assert raised == [1, 1, 1, 10, 50, 50, 50, 50]
+    multiplier.begin()
+    assert multiplier._deepest == math.inf
+    assert most_raised(160.0, 1e9, 1e8) == 16
+    assert most_raised(160.0, 1e11, 1e8) == 1
+
+
+def test_a_raised_penalty_presses_at_tools_and_between_layers(table):
+    """With no multiplier yet, the pressure of a penetration is in proportion to the penalty."""
+    way = {"contact": {"kind": "augmented_lagrangian"}}
+    problem, _ = build(table | {"tool": table["tool"] | way, "interface": {"kind": "one_sided"} | way})
+    assign(problem, bumpy)
+    problem.contacts.tools[0].tip.value[2] = 3.6e-3  # deep enough to touch the bumps
+    problem.contacts.refresh()
+    for contact in (problem.contacts.tools[0], problem.contacts.layers[0]):
+        before = contact.face.values(contact.pressure_form)
+        assert COMM.allreduce(before.max(initial=0.0), MPI.MAX) > 0
+        contact.multiplier.state[1].values[:] = RAISE
+        assert contact.face.values(contact.pressure_form) == pytest.approx(RAISE * before, rel=1e-12)
 
 
 @pytest.mark.serial

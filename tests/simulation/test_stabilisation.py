@@ -144,6 +144,22 @@ def test_where_corrections_have_wandered_shorter_steps_are_given_up_sooner_until
     assert steps.iterations == 6 + 6 + 3 + 3 + 3 + 3 + 3 + 6 + 3
 
 
+def test_an_interrupted_step_is_no_failed_one():
+    scene = Scene.from_table({"mould": {"kind": "plate"}, "duration": "1 s"})
+    stopped, failed = Outcome(False, 1, "stopped", hopeless=True), Outcome(False, 15, "no convergence")
+    outcomes = iter([stopped, failed])
+    time_step = SimpleNamespace(
+        problem=SimpleNamespace(scene=scene), stabilise=lambda _: None, attempt=lambda *_: next(outcomes)
+    )
+    steps = StabilisedStep(time_step, Stabilisation(first=1e7))
+    control = StepControl.of(scene.solver, 1.0, controls_time_error=False)
+    values = []
+    for _ in range(2):
+        steps.attempt(0.0, 1e-4 * control.first, control)
+        values.append(steps.stabilisation.value)
+    assert values == [0.0, 1e7]
+
+
 def test_past_a_loss_of_stability_corrections_may_wander():
     scene = Scene.from_table({"mould": {"kind": "plate"}, "duration": "1 s"})
     seen = []
