@@ -45,6 +45,11 @@ class Outcome:
     too_long: bool = False
     wandered: bool = False
 
+    @property
+    def failed(self) -> bool:
+        """Whether there was no solution, and the step was not merely too long or interrupted."""
+        return not (self.converged or self.too_long or self.hopeless)
+
     def followed_by(self, later: Outcome) -> Outcome:
         """This solve and one after it, as one."""
         return replace(later, iterations=self.iterations + later.iterations)
@@ -140,7 +145,7 @@ class TimeStep:
             outcome = replace(outcome, converged=False, reason=defect)
         if outcome.converged and self.time_error is not None:
             outcome = self._judged(outcome, self.time_error.relative(), size <= least_judged)
-        self._failed = not outcome.converged and not outcome.too_long
+        self._failed = outcome.failed
         if not outcome.converged:
             self.rollback(time)
             if self.problem.scene.solver.perturbation is not None and not outcome.hopeless:

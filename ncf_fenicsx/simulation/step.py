@@ -102,7 +102,7 @@ class StabilisedStep:
             self.wandered = self._share
         elif (outcome.converged or outcome.too_long) and self._share >= self.wandered:
             self.wandered = 0.0
-        if size and not outcome.converged and not outcome.too_long and not outcome.hopeless:
+        if size and outcome.failed:
             self.stabilisation.failed(self._share)
         return outcome
 

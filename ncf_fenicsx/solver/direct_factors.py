@@ -26,8 +26,7 @@ class DirectFactors:
         preconditioner: PETSc's, that applies them.
     """
 
-    exact = has_pivots = True
-    cheap = False
+    exact, lasts = True, False
     rough = 1e-3
     tolerance = 1e-4
 

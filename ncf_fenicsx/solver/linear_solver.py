@@ -24,16 +24,14 @@ class Factors(Protocol):
 
     Attributes:
         exact: whether it is the inverse.
-        has_pivots: whether their pivots tell of negative eigenvalues: each nonlinear solve begins with new ones then.
-        cheap: whether they cost no more than a few Krylov steps: the same.
+        lasts: whether they are so dear that they are kept from one nonlinear solve to the next.
         rough: what they make of a correction's residual, over the correction: exact enough for one that others follow.
         tolerance: the same for a correction that is taken to be the last of its solve.
         preconditioner: PETSc's, that applies it.
     """
 
     exact: bool
-    has_pivots: bool
-    cheap: bool
+    lasts: bool
     rough: float
     tolerance: float
     preconditioner: Any
@@ -94,7 +92,7 @@ class LinearSolver:
             exact: whether more is to be solved with the same tangent.
         """
         self._tolerance = self.factors.tolerance if last or exact else self.factors.rough
-        begins = self._first and (self.factors.cheap or self.factors.has_pivots)
+        begins = self._first and not self.factors.lasts
         tells = last and self.factors.exact and not self._told
         self._renew = exact or begins or tells or self._slow or not self.keeps
         self._first, self._told = False, self._told or tells

@@ -35,8 +35,8 @@ class Multigrid(ABC):
         preconditioner: PETSc's, that applies the approximate inverse.
     """
 
-    exact = has_pivots = False
-    cheap: bool
+    exact = False
+    lasts: bool
     rough: float
     tolerance: float
 
@@ -81,7 +81,7 @@ class GridMultigrid(Multigrid):
         motions: from `motions_of_grids`.
     """
 
-    cheap = True
+    lasts = False
     rough = 1e-3
     tolerance = 1e-4
 
@@ -131,7 +131,7 @@ class AggregateMultigrid(Multigrid):
         positions: of its owned nodes in m, shape (nodes, 3).
     """
 
-    cheap = False
+    lasts = True
     rough = 1e-3
     tolerance = 1e-5  # on graded meshes what it makes of a residual is too small
 
